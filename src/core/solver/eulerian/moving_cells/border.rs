@@ -22,9 +22,24 @@ impl MovingCells {
         self.pinned_places().filter(|&(k, _)| self.is_active[k]).map(|(_, place)| place)
     }
 
-    /// Puts the water of the pinned cells into the rows.
-    pub fn show(&self, state: &mut State) {
-        for (k, (row, column)) in self.pinned_places() {
+    /// Puts the water of the pinned cells into the rows: of those that are active, and once of those that have ceased to be.
+    pub fn show(&mut self, state: &mut State) {
+        for &k in &self.pinned {
+            let k = k as usize;
+            let was_shown = std::mem::replace(&mut self.is_shown[k], self.is_active[k]);
+            let Cell::Pinned((row, column)) = self.cells[k] else { continue };
+            if !was_shown && !self.is_active[k] {
+                continue;
+            }
+            if !self.is_active[k] {
+                let none = &mut state.gradient[row];
+                for of in [&mut none.surface_x, &mut none.depth_x, &mut none.u_x, &mut none.v_x] {
+                    of[column] = 0.0;
+                }
+                for of in [&mut none.surface_y, &mut none.depth_y, &mut none.u_y, &mut none.v_y] {
+                    of[column] = 0.0;
+                }
+            }
             let seen = self.seen[k];
             let water = &mut state.water[row];
             water.depth[column] = seen.depth;
@@ -62,6 +77,9 @@ impl MovingCells {
     /// Puts the gradients of the pinned cells into the rows.
     pub fn show_gradients(&self, state: &mut State) {
         for (k, (row, i)) in self.pinned_places() {
+            if !self.is_active[k] && !self.is_shown[k] {
+                continue;
+            }
             let [surface, depth, u, v] = if self.is_active[k] { self.slopes[k].of } else { [Vec2::ZERO; 4] };
             let out = &mut state.gradient[row];
             (out.surface_x[i], out.depth_x[i], out.u_x[i], out.v_x[i]) = (surface.x, depth.x, u.x, v.x);
@@ -70,15 +88,23 @@ impl MovingCells {
     }
 
     /// The sides of a pinned cell's square towards squares that rest: where the rows have what passes them, with the sign of what leaves the cell.
-    pub(super) fn sides(&self, i: usize) -> impl Iterator<Item = (Slot, f64)> + '_ {
-        let of_place = |place: (usize, usize)| {
-            let (row, column) = place;
-            let beside = [(row, column + 1), (row, column - 1), (row + 1, column), (row - 1, column)];
-            let all = sides(place).into_iter().zip(beside);
-            all.filter(|(_, beside)| self.region.at(*beside) == Square::Fixed).map(|(side, _)| side)
-        };
-        let place = if let Cell::Pinned(place) = self.cells[i] { Some(place) } else { None };
-        place.into_iter().flat_map(of_place)
+    pub(super) fn sides(&self, i: usize) -> &[(Slot, f64)] {
+        let to = |k: usize| self.side_ends.get(k).map_or(self.all_sides.len(), |&end| end as usize);
+        let from = if i == 0 { 0 } else { to(i - 1) };
+        &self.all_sides[from..to(i)]
+    }
+
+    /// Finds the sides of all cells: pinned ones keep their numbers.
+    pub(super) fn find_sides(&mut self) {
+        for cell in &self.cells {
+            if let Cell::Pinned(place) = *cell {
+                let (row, column) = place;
+                let beside = [(row, column + 1), (row, column - 1), (row + 1, column), (row - 1, column)];
+                let all = sides(place).into_iter().zip(beside);
+                self.all_sides.extend(all.filter(|(_, to)| self.region.at(*to) == Square::Fixed).map(|(side, _)| side));
+            }
+            self.side_ends.push(self.all_sides.len() as u32);
+        }
     }
 
     /// What leaves a pinned cell over a side per metre: volume and momentum.

@@ -79,10 +79,11 @@ impl MovingCells {
     /// Finds areas, ways and faces of the active cells: of all, or where cells have become active or were exchanged.
     pub(super) fn partition(&mut self, is_all: bool) {
         let shortest = ROUNDING * self.ground.lattice().spacing;
-        let MovingCells { chunks, cells, mesh, is_active, is_stale, area, centroid, .. } = self;
+        let MovingCells { chunks, cells, mesh, is_active, is_stale, area, centroid, is_beside_idle, .. } = self;
         let (mesh, cells, is_active) = (&*mesh, &*cells, &*is_active);
-        let arrays = area.par_chunks_mut(CHUNK).zip(centroid.par_chunks_mut(CHUNK)).zip(is_stale.par_iter_mut());
-        chunks.par_iter_mut().zip(arrays).enumerate().for_each(|(number, (chunk, ((area, centroid), is_stale)))| {
+        let arrays = (area.par_chunks_mut(CHUNK), centroid.par_chunks_mut(CHUNK), is_beside_idle.par_chunks_mut(CHUNK));
+        let all = (chunks, arrays.0, arrays.1, arrays.2, is_stale).into_par_iter();
+        all.enumerate().for_each(|(number, (chunk, area, centroid, is_beside_idle, is_stale))| {
             if !std::mem::take(is_stale) && !is_all {
                 return;
             }
@@ -98,9 +99,11 @@ impl MovingCells {
                     continue;
                 }
                 let own = mesh.place(i as u32);
+                is_beside_idle[k] = false;
                 let (mut sum, mut moment) = (0.0, Vec2::ZERO);
                 let mut right: Option<Vec2> = None;
                 for spoke in mesh.around(i as u32) {
+                    is_beside_idle[k] |= !is_active[spoke.to as usize] && !cells[spoke.to as usize].is_fixed();
                     let right_centre = right.unwrap_or_else(|| mesh.centre(spoke.sides[0]));
                     let left_centre = mesh.centre(spoke.sides[1]);
                     right = Some(left_centre);

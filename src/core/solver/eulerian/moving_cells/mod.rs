@@ -36,7 +36,7 @@ use std::collections::BTreeSet;
 
 use super::Scale;
 use super::general_faces::{Passing, Place, Seen};
-use super::state::State;
+use super::state::{Slot, State};
 use crate::math::Vec2;
 use crate::triangulation::Triangulation;
 use geometry::Chunk;
@@ -114,6 +114,13 @@ pub(crate) struct MovingCells {
     is_active: Vec<bool>,
     active: Vec<u32>,
     was_active: Vec<bool>,
+    /// Whether one beside it that does not rest in the rows is not active.
+    is_beside_idle: Vec<bool>,
+    /// Of pinned cells whether the rows have what they hold.
+    is_shown: Vec<bool>,
+    /// Sides of the pinned cells towards squares that rest, one cell after the other, and where those of each end.
+    all_sides: Vec<(Slot, f64)>,
+    side_ends: Vec<u32>,
     /// The chunks that have to be looked at again.
     is_stale: Vec<bool>,
     chunks: Vec<Chunk>,
@@ -184,6 +191,7 @@ impl MovingCells {
             ..MovingCells::without_cells(mesh, region, ground, Gridded::new(state))
         };
         moving.grow();
+        moving.find_sides();
         moving.fill(state, &squares, scale);
         Some(moving)
     }
@@ -213,6 +221,10 @@ impl MovingCells {
             is_active: Vec::new(),
             active: Vec::new(),
             was_active: Vec::new(),
+            is_beside_idle: Vec::new(),
+            is_shown: Vec::new(),
+            all_sides: Vec::new(),
+            side_ends: Vec::new(),
             is_stale: Vec::new(),
             chunks: Vec::new(),
             links: Vec::new(),
@@ -272,6 +284,8 @@ impl MovingCells {
         self.share.resize(count, 1.0);
         self.is_active.resize(count, false);
         self.was_active.resize(count, false);
+        self.is_beside_idle.resize(count, false);
+        self.is_shown.resize(count, true);
         let chunks = count.div_ceil(CHUNK);
         self.chunks.resize_with(chunks, Chunk::default);
         self.is_stale.resize(chunks, true);

@@ -18,7 +18,7 @@ impl MovingCells {
             way.length * if way.is_own { mass } else { -mass }.max(0.0)
         };
         let spacing = self.ground.lattice().spacing;
-        let over_sides = self.sides(i).map(|side| spacing * Self::over_side(state, side).0.max(0.0));
+        let over_sides = self.sides(i).iter().map(|&side| spacing * Self::over_side(state, side).0.max(0.0));
         let own = self.ways_and_faces(i).filter(|(_, (_, face))| *face != IN_ROWS);
         own.map(over).sum::<f64>() + over_sides.sum::<f64>()
     }
@@ -42,7 +42,7 @@ impl MovingCells {
         for &(i, share) in &short {
             self.share[i] = share;
             let velocity = [self.seen[i].u, self.seen[i].v];
-            self.sides(i).for_each(|(slot, sign)| {
+            self.sides(i).iter().for_each(|&(slot, sign)| {
                 let mass = |state: &State| state.flux[slot.row][slot.direction].mass[slot.column];
                 let before = mass(state);
                 state.reduce((slot, sign), share);
@@ -75,7 +75,7 @@ impl MovingCells {
     fn gain(&self, state: &State, i: usize) -> (f64, Vec2) {
         let (mut volume, mut momentum) = (0.0, Vec2::ZERO);
         let spacing = self.ground.lattice().spacing;
-        for side in self.sides(i) {
+        for &side in self.sides(i) {
             let (mass, out) = Self::over_side(state, side);
             volume -= spacing * mass;
             momentum = momentum - out * spacing;
@@ -154,7 +154,7 @@ impl MovingCells {
 
     /// Makes those pinned cells active from or to which the rows let a film pass.
     fn wake_beside_films(&mut self, state: &State) {
-        let has_passed = |k: usize| self.sides(k).any(|side| Self::over_side(state, side).0 != 0.0);
+        let has_passed = |k: usize| self.sides(k).iter().any(|&side| Self::over_side(state, side).0 != 0.0);
         let idle = self.pinned.iter().copied().filter(|&k| !self.is_active[k as usize] && has_passed(k as usize));
         for k in idle.collect::<Vec<u32>>() {
             self.wake(k);
@@ -216,10 +216,7 @@ impl MovingCells {
 
     /// Whether a cell beside water is not active.
     fn has_idle_beside(&self, dry_depth: f64) -> bool {
-        let is_idle = |i: u32| !self.is_active[i as usize] && !self.cells[i as usize].is_fixed();
-        let is_beside =
-            |&&i: &&u32| self.seen[i as usize].depth > dry_depth && self.mesh.around(i).any(|spoke| is_idle(spoke.to));
-        self.active.par_iter().with_min_len(CHUNK).find_any(is_beside).is_some()
+        self.active.iter().any(|&i| self.is_beside_idle[i as usize] && self.seen[i as usize].depth > dry_depth)
     }
 
     /// Adds rain: its depth (m) by cell of the lattice; returns its volume (m³).
