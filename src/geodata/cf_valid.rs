@@ -1,7 +1,7 @@
 //! Bounds of the valid values of a NetCDF variable: `valid_range`, or `valid_min` and `valid_max`.
 //!
 //! After the NetCDF User's Guide a bound of a packed variable (with `scale_factor` or `add_offset`) is one of the packed numbers, but
-//! one of the unpacked values where its type is wider than that of the packed numbers. Not here: `_FillValue`.
+//! one of the unpacked values where its type is wider than that of the packed numbers. Marks of no data: [`cf_heights`](super::cf_heights).
 
 use netcdf::AttributeValue;
 use netcdf::types::{FloatType, NcVariableType};
@@ -72,13 +72,35 @@ fn packing_of(variable: &netcdf::Variable) -> Option<Packing> {
     (scale != 0.0).then_some(Packing { scale, offset, width })
 }
 
-/// The bounds of a variable; none where it has none. `is_unsigned`: its numbers are read as whole ones from 0.
-pub fn bounds_of(variable: &netcdf::Variable, is_unsigned: bool) -> Option<Bounds> {
-    let external = match variable.vartype() {
+/// The numbers of an attribute that marks cells, in the numbers that the file holds.
+pub(super) fn marks_in(variable: &netcdf::Variable, name: &str) -> Vec<f64> {
+    let (external, packing) = (external_of(variable), packing_of(variable));
+    numbers(variable, name).map_or_else(Vec::new, |(values, width)| {
+        let packing = packing.as_ref().filter(|packing| width > external && packing.width == width);
+        values.into_iter().map(|value| as_stored(value, packing, external)).collect()
+    })
+}
+
+/// All values of a variable, unpacked; none where they are no numbers.
+pub(super) fn numbers_of(variable: &netcdf::Variable) -> Option<Vec<f64>> {
+    let values = variable.get_values::<f64, _>(..).ok()?;
+    let Packing { scale, offset, .. } =
+        packing_of(variable).unwrap_or(Packing { scale: 1.0, offset: 0.0, width: Width::Whole });
+    Some(values.into_iter().map(|value| value * scale + offset).collect())
+}
+
+/// How wide the numbers of a variable are.
+fn external_of(variable: &netcdf::Variable) -> Width {
+    match variable.vartype() {
         NcVariableType::Float(FloatType::F32) => Width::Single,
         NcVariableType::Float(FloatType::F64) => Width::Double,
         _ => Width::Whole,
-    };
+    }
+}
+
+/// The bounds of a variable; none where it has none. `is_unsigned`: its numbers are read as whole ones from 0.
+pub fn bounds_of(variable: &netcdf::Variable, is_unsigned: bool) -> Option<Bounds> {
+    let external = external_of(variable);
     let packing = packing_of(variable);
     let unpacked = |width: Width| {
         packing.as_ref().filter(|packing| width > external && (external == Width::Whole || packing.width == width))

@@ -144,6 +144,11 @@ pub fn vertical_datum(crs: &SpatialRef) -> Option<String> {
     crs.get_attr_value("VERT_DATUM", 0).ok().flatten()
 }
 
+/// Whether a system states that its heights are depths, and count downwards.
+pub fn vertical_points_down(crs: &SpatialRef) -> bool {
+    crs.get_attr_value("VERT_CS|AXIS", 1).ok().flatten().is_some_and(|way| way.eq_ignore_ascii_case("down"))
+}
+
 /// The name of the vertical unit of a system and how many metres it has, where it states one.
 pub fn vertical_unit(crs: &SpatialRef) -> Option<(String, f64)> {
     let text = |child| crs.get_attr_value("VERT_CS|UNIT", child).ok().flatten();
@@ -220,6 +225,12 @@ mod tests {
         let datum = |code: &str| vertical_datum(&spatial_ref(code).unwrap());
         assert_eq!(datum("EPSG:25832"), None);
         assert!(datum("EPSG:25832+5783").is_some() && datum("EPSG:25832+5783") != datum("EPSG:25832+7837"));
+    }
+
+    #[test]
+    fn depths_are_told_from_heights() {
+        let down = |code: &str| vertical_points_down(&spatial_ref(code).unwrap());
+        assert!(down("EPSG:25832+5715") && !down("EPSG:25832+7837") && !down("EPSG:25832"));
     }
 
     #[test]

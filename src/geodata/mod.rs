@@ -2,6 +2,7 @@
 //! functions that the gdal crate does not wrap.
 
 pub mod cf_axes;
+pub mod cf_heights;
 pub mod cf_valid;
 mod crs;
 mod messages;
@@ -10,7 +11,7 @@ mod unwrapped;
 
 pub use crs::{
     Crs, CrsProblem, describe, is_metric, map_scales, run_crs_of, same_horizontal, spatial_ref, suggested_utm,
-    transform, vertical_datum, vertical_unit,
+    transform, vertical_datum, vertical_points_down, vertical_unit,
 };
 pub use messages::{alone, capture};
 pub use text::{Table, TextError, read_text};

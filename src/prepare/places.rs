@@ -97,7 +97,7 @@ pub(super) fn unit_of_attribute(
         );
     }
     let unit_of_terrain = |layer: &Sourced<TerrainLayer>| match &layer.value {
-        TerrainLayer::Raster { unit, .. } => Some(*unit).filter(|unit| (unit - 1.0).abs() > 1e-9),
+        TerrainLayer::Raster { unit, .. } => unit.filter(|unit| (unit - 1.0).abs() > 1e-9),
         TerrainLayer::Points { .. } => None,
     };
     let unit = scenario.layers.iter().find_map(unit_of_terrain).filter(|_| unit_in_name(&lower, &LENGTH).is_none())?;

@@ -6,7 +6,7 @@ use super::Findings;
 use crate::error::Problem;
 use crate::geodata::Crs;
 use crate::scenario::{Reading, Scenario, Sourced};
-use crate::terrain::{Placing, Raster, RasterFile, RasterRequest};
+use crate::terrain::{Placing, Raster, RasterFile, RasterRequest, UNDECLARED};
 
 /// What must hold of a file before its values are read.
 type Check<'a> = &'a dyn Fn(&RasterFile) -> Result<(), Problem>;
@@ -32,7 +32,7 @@ pub(super) fn read_heights(
     crs: Option<&Crs>,
     findings: &mut Findings,
 ) -> Option<Raster> {
-    let check = |opened: &RasterFile| opened.check_unit_of_heights(unit, &file.value);
+    let check = |opened: &RasterFile| opened.check_unit_of_heights(Some(unit), &file.value);
     let (raster, mut warnings) = values(file, scenario, crs, &check, findings)?;
     warnings.retain(|warning| warning.code != "doubtful-elevation");
     findings.add_all(file, warnings);
@@ -48,7 +48,9 @@ fn values(
 ) -> Option<(Raster, Vec<Problem>)> {
     let opened = findings.take(file, RasterFile::open(&file.value))?;
     findings.take(file, check(&opened))?;
-    findings.take(file, opened.read(&request(&file.value, scenario), crs?))
+    let (raster, mut warnings) = findings.take(file, opened.read(&request(&file.value, scenario), crs?))?;
+    warnings.retain(|warning| warning.code != UNDECLARED);
+    Some((raster, warnings))
 }
 
 /// The same of values that belong to whole cells, with the way to them where the raster has another system.

@@ -30,6 +30,11 @@ pub(super) const GROUP: Group = Group {
             "The breach is wider at its crest than the dam is long.",
             "Correct the bottom width, the side slope or the invert, or the line of the dam.",
         ),
+        error(
+            "breach-without-area",
+            "The final opening has no area: its bottom has no width, and its sides are upright.",
+            "Give the bottom a width or the sides a slope.",
+        ),
         warning(
             "change-volume",
             "The bed change has another volume on the lattice than in the file: it is finer than the resolution.",

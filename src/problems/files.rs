@@ -35,6 +35,11 @@ pub(super) const GROUP: Group = Group {
             "An axis of a NetCDF file has another unit than its reference system. Its places would be wrong.",
             "Bring the axes to the unit of the reference system, or correct their attribute `units`.",
         ),
+        error(
+            "axis-uneven",
+            "The places along an axis of a NetCDF file are not evenly spaced. Terrain would come to lie elsewhere.",
+            "Fill the missing rows or columns with no data, or resample the file to even places.",
+        ),
         warning(
             "crs-set-aside",
             "A file states a coordinate reference system, which `crs: local` ignores.",

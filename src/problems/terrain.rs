@@ -61,6 +61,11 @@ pub(super) const GROUP: Group = Group {
             "Correct the level, its unit or its datum, or the place of the line.",
         ),
         error("duplicate-class", "A table of roughness has a class twice.", "Keep one line for each class."),
+        error(
+            "elevation-unit-unknown",
+            "A raster counts its places in feet and does not say in what it counts its heights.",
+            "Give the layer its `unit`.",
+        ),
         warning(
             "finer-than-terrain",
             "The resolution is finer than the cells of the terrain. It costs time and adds no detail.",
@@ -80,6 +85,11 @@ pub(super) const GROUP: Group = Group {
             "gaps-filled",
             "Gaps of the terrain are filled from their rim. The ground in them is interpolated.",
             "Add a terrain layer below, if the ground there matters.",
+        ),
+        error(
+            "heights-downward",
+            "The values of a raster are depths, which count downwards.",
+            "Turn them into elevations, or correct the attribute that says so.",
         ),
         either(
             "invert-above-terrain",
@@ -165,6 +175,11 @@ pub(super) const GROUP: Group = Group {
             "terrain-gaps",
             "Terrain without data is a wall for the water. With `terrain.gaps: error` this is an error.",
             "Add a layer below, fill the gaps by `terrain.gaps`, or write `terrain.gaps: wall`.",
+        ),
+        error(
+            "undeclared-nodata",
+            "Cells hold a number that programs write where there is no data, far from all that lies beside them. The file does not declare it.",
+            "Declare it as nodata with `gdal_edit.py -a_nodata`.",
         ),
         error(
             "unit-of-elevation",

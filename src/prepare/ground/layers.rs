@@ -267,10 +267,11 @@ fn read_raster(
     let TerrainLayer::Raster { path, offset, unit, clip, .. } = &source.value else {
         return None;
     };
+    findings.take(source, file.check_direction(path))?;
     findings.take(source, file.check_unit_of_heights(*unit, path))?;
     let request = RasterRequest {
         path,
-        unit: *unit,
+        unit: unit.unwrap_or(1.0),
         offset: *offset,
         reproject: scenario.reproject,
         resolution: scenario.resolution.value,

@@ -95,7 +95,7 @@ fn any_data_type_nodata_scale_and_offset_give_the_same_terrain() {
 fn unit_and_offset_of_the_scenario_come_after_those_of_the_file() {
     let mut scene = Scene::sound();
     if let TerrainLayer::Raster { offset, unit, .. } = &mut scene.scenario.layers[0].value {
-        (*offset, *unit) = (3.0, 0.3048);
+        (*offset, *unit) = (3.0, Some(0.3048));
     }
     scene.scenario.initial.clear();
     let prepared = prepare(&scene.scenario);

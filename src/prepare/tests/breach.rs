@@ -177,7 +177,7 @@ fn at_level(level: f64, place: [f64; 2]) -> BreachTrigger {
 
 #[test]
 fn what_does_not_fit_is_refused_at_its_key() {
-    let unfit: [Unfit; 13] = [
+    let unfit: [Unfit; 14] = [
         ("opening-above-water", "breach.dam", |_, b| b.shape.as_mut().unwrap().invert.value = 9.0),
         ("breach-beyond-dam", "breach.shape.bottom_width", |_, b| {
             b.shape.as_mut().unwrap().position = Some(sourced("breach.shape.position", [1077.5, 2046.0]));
@@ -185,6 +185,10 @@ fn what_does_not_fit_is_refused_at_its_key() {
         ("crest-below-terrain", "breach.crest", |_, b| b.crest.as_mut().unwrap().value = -1.0),
         ("no-crest", "breach.dam", |_, b| b.crest = None),
         ("breach-wider-than-dam", "breach.shape.bottom_width", |_, b| width(b, 61.0)),
+        ("breach-without-area", "breach.shape.bottom_width", |_, b| {
+            width(b, 0.0);
+            b.shape.as_mut().unwrap().side_slope = 0.0;
+        }),
         ("invert-below-terrain", "breach.shape.invert", |_, b| b.shape.as_mut().unwrap().invert.value = -0.5),
         ("invert-above-crest", "breach.shape.invert", |_, b| b.shape.as_mut().unwrap().invert.value = 10.0),
         ("position-off-dam", "breach.shape.position", |_, b| {

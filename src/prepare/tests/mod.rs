@@ -5,6 +5,7 @@ mod banks;
 mod breach;
 mod channels;
 mod ground;
+mod heights;
 mod malpasset;
 mod netcdf;
 mod ridges;

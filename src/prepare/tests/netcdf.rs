@@ -1,5 +1,7 @@
 //! Rasters in NetCDF files: axes that do not count in metres, and values that the file itself calls invalid.
 
+mod places;
+
 use super::scene::{Scene, Tiff, basin_elevation, raster_layer, sourced};
 use crate::error::{Problem, ProblemKind, Severity};
 use crate::math::Vec2;
@@ -254,7 +256,7 @@ fn heights_in_another_unit_than_the_scenario_says_are_refused() {
         let crate::scenario::TerrainLayer::Raster { unit: own, .. } = &mut scene.scenario.layers[0].value else {
             panic!("the layer is no raster")
         };
-        *own = unit;
+        *own = Some(unit);
         let problems = prepare(&scene.scenario).problems;
         assert!(!problems.iter().any(|problem| problem.code == "unit-of-elevation"), "{units}: {problems:#?}");
     }

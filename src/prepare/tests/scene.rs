@@ -101,7 +101,7 @@ pub(super) fn scenario(resolution: f64) -> Scenario {
 }
 
 pub(super) fn raster_layer(path: impl Into<PathBuf>) -> TerrainLayer {
-    TerrainLayer::Raster { path: path.into(), offset: 0.0, unit: 1.0, clip: None, mode: LayerMode::default() }
+    TerrainLayer::Raster { path: path.into(), offset: 0.0, unit: None, clip: None, mode: LayerMode::default() }
 }
 
 /// How a made raster is written.

@@ -13,8 +13,8 @@ pub enum TerrainLayer {
         path: PathBuf,
         /// Added to every elevation (m).
         offset: f64,
-        /// Factor from the file's unit to metres.
-        unit: f64,
+        /// Factor from the file's unit to metres; none where the scenario does not say.
+        unit: Option<f64>,
         /// Polygons inside of which the layer counts; everywhere when absent.
         clip: Option<Sourced<VectorSource>>,
         /// How it meets the layers under it.

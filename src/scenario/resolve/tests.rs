@@ -46,7 +46,7 @@ fn the_ten_line_example_is_read_to_the_letter() {
     assert_eq!(scenario.crs.value, CrsChoice::Local);
     let TerrainLayer::Raster { path, offset, unit, .. } = &scenario.layers[0].value else { panic!("not a raster") };
     assert_eq!(path, Path::new("cases/malpasset/dem_20m.tif"));
-    assert!(exact(*offset, 0.0) && exact(*unit, 1.0));
+    assert!(exact(*offset, 0.0) && unit.is_none());
     assert!(exact(scenario.roughness.manning.unwrap(), 0.033) && exact(scenario.resolution.value, 20.0));
     assert!(exact(scenario.end_time, 4000.0) && exact(scenario.outputs.every, 100.0));
     assert_eq!(scenario.initial.len(), 2);

@@ -139,7 +139,7 @@ fn check_trigger(node: &Node, reader: &mut Reader) -> Option<()> {
 section! {
     /// The final opening: a trapezoid in the long profile of the dam.
     ShapeSection, example "{bottom_width: 40 m, side_slope: 1.0, invert: 780 m}", check check_shape {
-        /// Final width of its bottom. Codes: breach-wider-than-dam, breach-beyond-dam, breach-coarse.
+        /// Final width of its bottom. Codes: breach-without-area, breach-wider-than-dam, breach-beyond-dam, breach-coarse.
         bottom_width: Quantity<Height>,
         /// Slope of its sides, horizontal to vertical; 0 is vertical; 1 when absent. Codes: breach-wider-than-dam.
         side_slope: Option<Quantity<SideSlope>>,

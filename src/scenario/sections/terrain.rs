@@ -73,7 +73,8 @@ section! {
     /// A terrain layer: a raster, or bare survey points.
     LayerEntry, example "{raster: dem.tif}", check check_layer {
         /// Raster of elevations; in NetCDF `file.nc:variable`; `points` is required when absent. Codes: unit-of-elevation,
-        /// doubtful-elevation, layers-apart, different-vertical-datum, no-crs, several-bands.
+        /// elevation-unit-unknown, heights-downward, undeclared-nodata, axis-uneven, doubtful-elevation, layers-apart,
+        /// different-vertical-datum, no-crs, several-bands.
         raster: Option<InputFile>,
         /// Survey points: text with the columns x, y, z (also gzipped), or a vector file of points; `raster` is required when
         /// absent. Codes: not-a-survey, bad-survey-line, contradicting-points, no-elevation, no-surface, doubtful-elevation.
@@ -81,7 +82,8 @@ section! {
         /// Length added to every elevation, such as `-0.12 m` for a change of datum; 0 m when absent. Codes:
         /// different-vertical-datum, layers-apart.
         offset: Option<Quantity<Offset>>,
-        /// Unit of the elevations of a raster; metres when absent. Codes: unit-of-elevation, doubtful-elevation, unit-of-attribute.
+        /// Unit of the elevations of a raster; metres when absent, but asked for where places count in feet.
+        /// Codes: unit-of-elevation, elevation-unit-unknown, doubtful-elevation, unit-of-attribute.
         unit: Option<Chosen<ElevationUnit>>,
         /// Interpolation between survey points; inverse_distance when absent.
         interpolation: Option<Chosen<PointInterpolation>>,
@@ -121,7 +123,7 @@ pub(super) fn resolved(terrain: Terrain, follows_banks: bool) -> (Vec<Sourced<Te
     match terrain {
         Terrain::Raster(file) => {
             let Sourced { value: path, key, place } = file.0;
-            let value = TerrainLayer::Raster { path, offset: 0.0, unit: 1.0, clip: None, mode: LayerMode::default() };
+            let value = TerrainLayer::Raster { path, offset: 0.0, unit: None, clip: None, mode: LayerMode::default() };
             (vec![Sourced { value, key, place }], false, Ground { follows_banks, ..Ground::default() })
         }
         Terrain::Layers(section) => {
@@ -141,7 +143,7 @@ fn layer(entry: LayerEntry) -> Option<Sourced<TerrainLayer>> {
     let clip = entry.clip.map(|clip| clip.0);
     if let Some(raster) = entry.raster {
         let Sourced { value: path, key, place } = raster.0;
-        let unit = entry.unit.map_or(ElevationUnit(1.0), |unit| unit.0.value).0;
+        let unit = entry.unit.map(|unit| unit.0.value.0);
         return Some(Sourced { value: TerrainLayer::Raster { path, offset, unit, clip, mode }, key, place });
     }
     let Sourced { value: path, key, place } = entry.points?.0;
@@ -225,6 +227,7 @@ section! {
 pub(super) fn written(scenario: &Scenario) -> Section {
     let layers = scenario.layers.iter().map(|layer| match &layer.value {
         TerrainLayer::Raster { path, offset, unit, clip, mode } => {
+            let unit = unit.unwrap_or(1.0);
             let unit = name_of(|candidate: &ElevationUnit| candidate.0.to_bits() == unit.to_bits());
             Yaml::Entry(
                 Section::default()

@@ -3,10 +3,10 @@
 use std::ops::RangeInclusive;
 use std::path::Path;
 
-use super::{BEYOND_BOUNDS, RasterFile, RasterRequest};
+use super::{BEYOND_BOUNDS, RasterFile, RasterRequest, UNDECLARED};
 use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::cf_axes::metres_of;
-use crate::geodata::vertical_unit;
+use crate::geodata::{vertical_datum, vertical_points_down, vertical_unit};
 use crate::terrain::Raster;
 
 /// Elevations (m) outside this range are doubtful on Earth: sea trenches and fill values below, fill values above.
@@ -18,11 +18,12 @@ impl RasterFile {
         self.dataset.rasterband(1).map(|band| band.unit()).unwrap_or_default().trim().to_owned()
     }
 
-    /// Refuses heights whose unit in the file, or in its reference system, is another than that of the scenario (so many metres).
+    /// Refuses heights whose unit in the file, or in its reference system, is another than that of the scenario (so many metres; none where it
+    /// does not say).
     ///
     /// # Errors
     /// The problem, without key and place.
-    pub fn check_unit_of_heights(&self, unit: f64, path: &Path) -> Result<(), Problem> {
+    pub fn check_unit_of_heights(&self, unit: Option<f64>, path: &Path) -> Result<(), Problem> {
         /// The two feet differ by 2e-6, which no terrain knows.
         const SAME: f64 = 1e-5;
         let mut written = self.unit();
@@ -32,6 +33,10 @@ impl RasterFile {
         {
             (written, own) = (name, Some(metres));
         }
+        if written.is_empty() && unit.is_none() {
+            return self.ask_for_unit(path);
+        }
+        let unit = unit.unwrap_or(1.0);
         if written.is_empty() || own.is_some_and(|own| (own / unit - 1.0).abs() < SAME) {
             return Ok(());
         }
@@ -43,6 +48,37 @@ impl RasterFile {
             Some(key) => format!("say `unit: {key}` in the scenario, or {correct}"),
             None => format!("bring them to metres; where they are in metres, {correct}"),
         }))
+    }
+
+    /// Refuses heights of which neither the file nor the scenario says the unit, where the places count in feet.
+    fn ask_for_unit(&self, path: &Path) -> Result<(), Problem> {
+        let feet = self.crs.as_ref().filter(|crs| crs.is_projected() && (crs.linear_units() - 1.0).abs() > 0.1);
+        let Some(crs) = feet else { return Ok(()) };
+        let places = crs.linear_units_name().unwrap_or_default();
+        let message = format!(
+            "{} counts its places in `{places}` and does not say in what it counts its heights",
+            path.display()
+        );
+        let feet = key_of_unit(crs.linear_units()).unwrap_or("ft");
+        Err(input_error("elevation-unit-unknown", message)
+            .with_cause("terrain in such systems has heights in feet as often as in metres, and every slope would be 3.28 times too steep or too flat")
+            .with_remedy(format!("say `unit: {feet}` or `unit: m` in the layer")))
+    }
+
+    /// Refuses depths: values that count downwards.
+    ///
+    /// # Errors
+    /// The problem, without key and place.
+    pub fn check_direction(&self, path: &Path) -> Result<(), Problem> {
+        let of_system = || self.crs.as_ref().filter(|crs| vertical_points_down(crs)).and_then(vertical_datum);
+        let Some(said) = self.said.downward.clone().or_else(of_system) else { return Ok(()) };
+        let message = format!(
+            "{} counts downwards (`{said}`): its values are depths, and terrain needs elevations",
+            path.display()
+        );
+        Err(input_error("heights-downward", message)
+            .with_cause("hills would be read as valleys")
+            .with_remedy("turn them: `ncap2 -s 'NAME=-NAME;NAME@positive=\"up\"' IN OUT` for NetCDF and delete a standard_name of a depth, otherwise `gdal_calc.py -A IN --outfile OUT --calc=-A`; where they are elevations, correct that attribute"))
     }
 
     /// Refuses a raster without data, warns of elevations that Earth does not have.
@@ -69,7 +105,9 @@ impl RasterFile {
                 None => problem.with_remedy("check the nodata value with `gdalinfo -stats`"),
             });
         }
-        if let Some(index) = doubtful {
+        // A mark that is met already is said to be one.
+        let is_told = self.warnings.iter().any(|warning| warning.code == UNDECLARED);
+        if let Some(index) = doubtful.filter(|_| !is_told) {
             let message = format!(
                 "{name} has {count} elevations outside {} to {} m (from {least:.1} to {greatest:.1} m)",
                 PLAUSIBLE_ELEVATION.start(),

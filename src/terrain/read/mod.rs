@@ -4,6 +4,7 @@ mod dataset;
 mod extract;
 mod heights;
 mod placing;
+mod undeclared;
 mod values;
 mod warp;
 
@@ -16,6 +17,7 @@ use gdal::{Dataset, DatasetOptions, GdalOpenFlags, GeoTransform, Metadata};
 use super::Raster;
 use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::cf_axes::{self, gdal_name, raster_variables, split_variable};
+use crate::geodata::cf_heights::{check_spacing, downward, marks_of};
 use crate::geodata::cf_valid::{Bounds, bounds_of};
 use crate::geodata::{
     Crs, CrsProblem, capture, describe, is_metric, readable_file, same_horizontal, spatial_ref, suggested_utm,
@@ -34,6 +36,9 @@ const STRAIGHT: f64 = 1e-3;
 
 /// The code of the warning of values that the file itself calls invalid.
 const BEYOND_BOUNDS: &str = "outside-valid-range";
+
+/// The code of the error of numbers that stand for no data without being declared.
+pub const UNDECLARED: &str = "undeclared-nodata";
 
 /// How a raster file is to be understood.
 #[derive(Clone, Debug)]
@@ -62,10 +67,21 @@ pub struct RasterFile {
     dataset: Closing,
     geo_transform: GeoTransform,
     crs: Option<SpatialRef>,
-    /// What a NetCDF file itself says of its valid values.
-    bounds: Option<Bounds>,
+    /// What a NetCDF file itself says of its values.
+    said: Said,
     /// Warnings met so far, without key and place.
     pub warnings: Vec<Problem>,
+}
+
+/// What a NetCDF file says of the values of a variable.
+#[derive(Debug, Default)]
+struct Said {
+    /// The bounds of valid ones.
+    bounds: Option<Bounds>,
+    /// The numbers that stand for no data.
+    marks: Vec<f64>,
+    /// What says that they count downwards.
+    downward: Option<String>,
 }
 
 fn is_netcdf(dataset: &Dataset) -> bool {
@@ -97,18 +113,20 @@ fn no_band(path: &Path, is_netcdf: bool) -> Problem {
         .with_remedy(format!("name one behind a colon, as in `{file}:{first}`"))
 }
 
-/// Refuses a NetCDF variable that would be read transposed or in another unit of length; returns the bounds of its values.
-fn look_at_variable(path: &Path, dataset: &Dataset, crs: Option<&SpatialRef>) -> Result<Option<Bounds>, Problem> {
-    let Ok(band) = dataset.rasterband(1) else { return Ok(None) };
+/// Refuses a NetCDF variable that would be read transposed, at other places or in another unit of length; returns what it says of its values.
+fn look_at_variable(path: &Path, dataset: &Dataset, crs: Option<&SpatialRef>) -> Result<Said, Problem> {
+    let Ok(band) = dataset.rasterband(1) else { return Ok(Said::default()) };
     let (Some(variable), Ok(file)) = (band.metadata_item("NETCDF_VARNAME", ""), netcdf::open(path)) else {
-        return Ok(None);
+        return Ok(Said::default());
     };
-    let Some(variable) = file.variable(&variable) else { return Ok(None) };
+    let Some(variable) = file.variable(&variable) else { return Ok(Said::default()) };
     let name = path.display().to_string();
     cf_axes::check_order(&file, &variable, &name)?;
     cf_axes::check_axis_units(&file, &variable, &name, crs)?;
+    check_spacing(&file, &variable, &name)?;
     let is_unsigned = matches!(band.band_type(), GdalDataType::UInt8 | GdalDataType::UInt16 | GdalDataType::UInt32);
-    Ok(bounds_of(&variable, is_unsigned))
+    let bounds = bounds_of(&variable, is_unsigned);
+    Ok(Said { bounds, marks: marks_of(&variable), downward: downward(&variable) })
 }
 
 /// Joins GDAL's messages to the cause of a problem.
@@ -162,7 +180,7 @@ impl RasterFile {
             crs.set_axis_mapping_strategy(AxisMappingStrategy::TraditionalGisOrder);
             crs
         });
-        let bounds = if is_netcdf(&dataset) { look_at_variable(path, &dataset, crs.as_ref())? } else { None };
+        let said = if is_netcdf(&dataset) { look_at_variable(path, &dataset, crs.as_ref())? } else { Said::default() };
         let (geo_transform, _) = capture(|| dataset.geo_transform());
         let geo_transform = geo_transform.map_err(|_| {
             let problem = input_error("no-georeference", format!("{name} has no place on the map (no geotransform)"));
@@ -195,7 +213,7 @@ impl RasterFile {
             let remedy = "write the band that is meant to a file of its own: `gdal_translate -b NUMBER FILE OUT`";
             warnings.push(Problem::warning(ProblemKind::Input, "several-bands", "", message).with_remedy(remedy));
         }
-        Ok(RasterFile { dataset, geo_transform, crs, bounds, warnings })
+        Ok(RasterFile { dataset, geo_transform, crs, said, warnings })
     }
 
     /// The CRS that the file states.
@@ -244,6 +262,7 @@ impl RasterFile {
         let placing = self.placing(extract, request, run_crs)?;
         let raster = self.band(1, (extract, placing.as_ref()), request)?;
         self.check_values(&raster, request)?;
+        self.warnings.retain(|warning| warning.code != UNDECLARED);
         if placing.is_some() {
             // A place in the file's own system is none on the map of the run.
             self.warnings.iter_mut().for_each(|warning| warning.at = None);
@@ -268,6 +287,7 @@ impl RasterFile {
         for band in bands {
             take(self.band(band, (extract, placing.as_ref()), request)?, placing.as_ref())?;
         }
+        self.warnings.retain(|warning| warning.code != UNDECLARED);
         Ok(self.warnings)
     }
 

@@ -4,7 +4,8 @@ use gdal::Dataset;
 use gdal::errors::{GdalError, Result as GdalResult};
 use gdal::raster::ResampleAlg;
 
-use super::{BEYOND_BOUNDS, Extract, RasterFile, RasterRequest, because};
+use super::undeclared::{self, Undeclared};
+use super::{BEYOND_BOUNDS, Extract, RasterFile, RasterRequest, UNDECLARED, because};
 use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::{capture, is_alpha};
 use crate::math::Vec2;
@@ -61,13 +62,21 @@ impl RasterFile {
             because(input_error("unreadable-raster", format!("{name} opens, but its values cannot be read")), messages)
                 .with_remedy(format!("the file is damaged or cut short ({error}); copy or export it again"))
         })?;
-        let (least, most) = self.bounds.as_ref().map_or((f64::NEG_INFINITY, f64::INFINITY), |b| (b.least, b.most));
+        let (least, most) = self.said.bounds.as_ref().map_or((f64::NEG_INFINITY, f64::INFINITY), |b| (b.least, b.most));
         let mut beyond = 0;
         let is_no_data = no_data_test(no_data, self.dataset.rasterband(number).ok().map(|b| b.band_type().name()));
         let mut broken: Option<Broken> = None;
+        let doubtful = undeclared::find(&values, extract.shape, |cell, value| {
+            is_no_data(value)
+                || is_clear.get(cell).is_some_and(|is_clear| *is_clear)
+                || self.said.marks.iter().any(|mark| is_same(*mark, value))
+        });
         let (columns, _) = self.dataset.raster_size();
         for (i, value) in values.iter_mut().enumerate() {
-            if is_no_data(*value) || is_clear.get(i).is_some_and(|is_clear| *is_clear) {
+            if is_no_data(*value)
+                || self.said.marks.iter().any(|mark| is_same(*mark, *value))
+                || is_clear.get(i).is_some_and(|is_clear| *is_clear)
+            {
                 *value = f64::NAN;
             } else if *value < least || *value > most {
                 *value = f64::NAN;
@@ -81,6 +90,7 @@ impl RasterFile {
             }
         }
         self.tell_of_bounds(beyond, request);
+        self.tell_of_marks(doubtful.as_ref(), extract, request);
         if let Some(words) = self.words_of_text(request)? {
             broken = Some(words);
         }
@@ -136,9 +146,30 @@ impl RasterFile {
             .with_at(Vec2::new(x + a * column + b * row, y + d * column + e * row))
     }
 
+    /// Refuses a number that stands for no data but is not declared so; who reads other things than elevations leaves that out.
+    fn tell_of_marks(&mut self, found: Option<&Undeclared>, extract: Extract, request: &RasterRequest) {
+        let Some(Undeclared { value, count, first, is_of_ground }) = found else { return };
+        let name = request.path.display();
+        let (column, row) = extract.in_file(*first);
+        let message =
+            format!("{count} cells of {name} have the value {value}, and all that lies beside them is far from it");
+        let cause = if *is_of_ground {
+            "water would fall into them as into a pit; programs write this number where they know nothing"
+        } else {
+            "programs write this number where there is no data, and the file does not declare it"
+        };
+        let [x, a, b, y, d, e] = self.geo_transform;
+        let (across, down) = (column as f64 + 0.5, row as f64 + 0.5);
+        let problem = input_error(UNDECLARED, message)
+            .with_cause(cause)
+            .with_remedy(format!("declare it: `gdal_edit.py -a_nodata {value} FILE`, in an ESRI ASCII grid `NODATA_value {value}`; where it is ground, take another value that is near it"))
+            .with_at(Vec2::new(x + a * across + b * down, y + d * across + e * down));
+        self.warnings.push(problem);
+    }
+
     /// Warns of the first band that has values beyond the bounds that the file gives.
     fn tell_of_bounds(&mut self, beyond: usize, request: &RasterRequest) {
-        let Some(bounds) = self.bounds.as_ref().filter(|_| beyond > 0) else { return };
+        let Some(bounds) = self.said.bounds.as_ref().filter(|_| beyond > 0) else { return };
         if self.warnings.iter().any(|warning| warning.code == BEYOND_BOUNDS) {
             return;
         }
@@ -158,6 +189,12 @@ impl RasterFile {
 pub(super) fn alpha_band(dataset: &Dataset) -> Option<usize> {
     let last = dataset.raster_count();
     (last > 1 && dataset.rasterband(last).is_ok_and(|band| is_alpha(&band))).then_some(last)
+}
+
+/// Whether a value is a mark.
+#[expect(clippy::float_cmp, reason = "nodata is a mark, not a quantity")]
+fn is_same(mark: f64, value: f64) -> bool {
+    mark == value || (mark.is_nan() && value.is_nan())
 }
 
 /// Whether a value is the declared nodata value; a 32-bit raster holds it rounded.

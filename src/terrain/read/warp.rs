@@ -4,7 +4,7 @@ use gdal::{DriverManager, GeoTransform};
 
 use super::{Extract, RasterFile, RasterRequest, because};
 use crate::error::{Problem, ProblemKind, input_error};
-use crate::geodata::{Crs, capture, warp_to_memory};
+use crate::geodata::{Crs, capture, horizontal_part, warp_to_memory};
 use crate::math::{Rectangle, in_bytes};
 use crate::terrain::Raster;
 
@@ -29,8 +29,9 @@ impl RasterFile {
             source.set_geo_transform(&extract.geo_transform(self.geo_transform)).map_err(text)?;
             let target = match (run_crs, &self.crs) {
                 (Crs::Projected(run), Some(own)) => {
-                    source.set_spatial_ref(own).map_err(text)?;
-                    Some(run.to_wkt().map_err(text)?)
+                    // Heights stay as they are: vertical units and datums of the systems, and grids of geoids, play no part.
+                    source.set_spatial_ref(&horizontal_part(own)).map_err(text)?;
+                    Some(horizontal_part(run).to_wkt().map_err(text)?)
                 }
                 _ => None,
             };

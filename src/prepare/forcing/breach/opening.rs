@@ -42,6 +42,10 @@ pub fn trapezoid(shape: &BreachShape, dam: &Dam, bed: &BedParticles, findings: &
         return None;
     }
     let opening = Trapezoid { middle, width, slope, invert, top: width + 2.0 * slope * (dam.crest - invert) };
+    if opening.top <= 0.0 {
+        findings.add(&shape.bottom_width, without_area());
+        return None;
+    }
     if let Some(problem) = opening.wider_than(dam, bed).or_else(|| opening.beyond(dam, lattice.spacing)) {
         findings.add(&shape.bottom_width, problem);
         return None;
@@ -76,6 +80,12 @@ fn invert_above_crest(invert: f64, crest: f64) -> Problem {
     let message = format!("the invert of {} m is not below the crest of {} m", readable(invert), readable(crest));
     Problem::error(ProblemKind::Scenario, "invert-above-crest", "", message)
         .with_remedy("correct the level, its unit or its datum")
+}
+
+fn without_area() -> Problem {
+    let message = "the breach has no area: its bottom has no width, and its sides are upright";
+    Problem::error(ProblemKind::Scenario, "breach-without-area", "", message)
+        .with_remedy("give the bottom a width or the sides a slope")
 }
 
 impl Trapezoid {
