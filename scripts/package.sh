@@ -17,7 +17,8 @@ absolute() { case $1 in /*) echo "$1" ;; *) echo "$PWD/$1" ;; esac; }
 # but for those that the guide shows; the scenarios whose data the project makes itself.
 files="README.md CHANGELOG.md CONTRIBUTING.md LICENSE-MIT LICENSE-APACHE docs/tutorial data
     docs/figures/cells.svg docs/performance/cells.csv
-    scenarios/demo scenarios/tutorial scenarios/breach scenarios/river_flood scenarios/lake_at_rest scenarios/ritter
+    docs/validation/analytic/chart.csv docs/validation/methods/chart.csv docs/validation/stability/map.csv
+    scenarios/demo scenarios/tutorial scenarios/breach scenarios/river_flood scenarios/spill scenarios/lake_at_rest scenarios/ritter
     scenarios/malpasset/README.md"
 
 # Lays the program and all that goes along into a folder, as the archive has it.

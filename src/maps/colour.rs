@@ -53,6 +53,20 @@ impl Classes {
         Classes::from_bounds("Speed (m/s)", &[0.1, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0], &colours, greatest)
     }
 
+    /// Dilution up to the class of `greatest`, a share.
+    pub fn dilution(greatest: f64) -> Classes {
+        let colours = [
+            [0xed, 0xf4, 0xdc],
+            [0xcf, 0xe5, 0xb0],
+            [0xa3, 0xcf, 0x8a],
+            [0x6c, 0xb0, 0x74],
+            [0x3d, 0x8b, 0x67],
+            [0x1f, 0x64, 0x58],
+            [0x12, 0x3f, 0x45],
+        ];
+        Classes::from_bounds("Share of the source", &[0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 0.9], &colours, greatest)
+    }
+
     /// Arrival time (s), classed by `isochrones` (s, ascending), the earliest in the darkest red.
     pub fn arrival(isochrones: &[f64]) -> Classes {
         let stops: [Colour; 6] = [

@@ -17,6 +17,8 @@ pub struct Frame {
     pub velocity_x: Vec<f32>,
     /// Velocity to the north (m/s); 0 where dry.
     pub velocity_y: Vec<f32>,
+    /// Of each tracer its depth-averaged concentration; no value where dry.
+    pub concentrations: Vec<Vec<f32>>,
 }
 
 /// The volume balance of the core at one moment (m³).

@@ -20,6 +20,7 @@
 
 use super::frames::{Schedule, share_of_step};
 use super::maxima::{Maxima, arrival_depth};
+use super::tracers::{Tracers, concentration_at};
 use super::{Gauge, WET_DEPTH};
 use crate::lattice::{Lattice, WaterInCell, WaterOnLattice};
 use crate::math::{Vec2, segments_cross};
@@ -65,6 +66,8 @@ pub(super) struct GaugeRecorder {
     arrival_rule: ArrivalRule,
     schedule: Schedule,
     samples: Vec<GaugeSample>,
+    /// Of each sample the concentrations of the tracers.
+    concentrations: Vec<Vec<f64>>,
 }
 
 /// The depth that counts as arrival: the first threshold, or a rise where there was water at the start.
@@ -131,7 +134,13 @@ impl GaugeRecorder {
         let reading = |gauge: &Gauge| {
             Reading::new(lattice.to_local(gauge.position), (lattice, smoothing), bed_elevation, parting)
         };
-        GaugeRecorder { readings: gauges.iter().map(reading).collect(), arrival_rule, schedule, samples: Vec::new() }
+        GaugeRecorder {
+            readings: gauges.iter().map(reading).collect(),
+            arrival_rule,
+            schedule,
+            samples: Vec::new(),
+            concentrations: Vec::new(),
+        }
     }
 
     /// Takes a bed (m) that has changed in a cell.
@@ -145,11 +154,21 @@ impl GaugeRecorder {
 
     /// Takes the water over a bed (m) after a compute step from one time to another (s); `maxima` still holds the step before. The
     /// first call, at time 0, has no length.
-    pub(super) fn step(&mut self, before: f64, after: f64, bed: &[f64], maxima: &Maxima, water: &WaterOnLattice<'_>) {
+    pub(super) fn step(
+        &mut self,
+        (before, after): (f64, f64),
+        bed: &[f64],
+        (maxima, tracers): (&Maxima, &Tracers),
+        water: &WaterOnLattice<'_>,
+    ) {
         let now = |cell: usize| water.at(cell);
         while let Some(time) = self.schedule.due(after) {
             let share = share_of_step(time, before, after);
             let between = |cell: usize| maxima.previous(cell).towards(now(cell), share);
+            let amounts = |which: usize, cell: usize| {
+                let (before, now) = (maxima.previous(cell).depth, concentration_at(water, which, cell));
+                tracers.between(which, cell, share, before, now)
+            };
             for (gauge, reading) in self.readings.iter().enumerate() {
                 if let Some(reading) = reading {
                     let mean = reading.mean(bed, between);
@@ -162,6 +181,10 @@ impl GaugeRecorder {
                         velocity_x,
                         velocity_y,
                     });
+                    // The amount takes the place of the discharge to the east.
+                    let mean = |which: usize| reading.mean(bed, |cell| amounts(which, cell));
+                    let read = |mean: Mean| if mean.level.is_some() { mean.velocity.x } else { f64::NAN };
+                    self.concentrations.push((0..tracers.plans().len()).map(|which| read(mean(which))).collect());
                 }
             }
         }
@@ -171,9 +194,10 @@ impl GaugeRecorder {
         }
     }
 
-    pub(super) fn finish(self) -> (Vec<GaugeResult>, Vec<GaugeSample>) {
+    /// What each gauge saw, the samples, and the concentrations of each of these.
+    pub(super) fn finish(self) -> (Vec<GaugeResult>, Vec<GaugeSample>, Vec<Vec<f64>>) {
         let result = |reading: Option<Reading>| reading.map(|reading| reading.result).unwrap_or_default();
-        (self.readings.into_iter().map(result).collect(), self.samples)
+        (self.readings.into_iter().map(result).collect(), self.samples, self.concentrations)
     }
 }
 

@@ -14,6 +14,7 @@
 
 mod maps;
 mod overlap;
+mod tracers;
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
@@ -234,8 +235,14 @@ impl OutputGrid {
     /// A frame from the bed (m, NaN without terrain) and the water of the lattice, of which `water` fills in a row.
     pub fn frame(&self, time: f64, bed: &[f64], water: impl Fn(usize, &mut [WaterInCell])) -> Frame {
         let filled = || vec![FILL; self.len()];
-        let mut frame =
-            Frame { time, depth: filled(), water_level: filled(), velocity_x: filled(), velocity_y: filled() };
+        let mut frame = Frame {
+            time,
+            depth: filled(),
+            water_level: filled(),
+            velocity_x: filled(),
+            velocity_y: filled(),
+            concentrations: Vec::new(),
+        };
         self.for_each_mean(bed, water, |cell, Mean { water, level, wet }| {
             frame.depth[cell] = water.depth as f32;
             (frame.velocity_x[cell], frame.velocity_y[cell]) = (0.0, 0.0);
@@ -290,6 +297,7 @@ impl OutputGrid {
             arrival_time_error: Vec::new(),
             ground_source: SourceGrid::default(),
             thresholds: (0..maxima.thresholds().len()).map(of_threshold).collect(),
+            tracers: Vec::new(),
         }
     }
 

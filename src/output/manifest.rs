@@ -10,6 +10,7 @@ use super::cell_records::{ChoiceRecord, ErrorRecord, LevelRecord, PartRecord};
 use super::channels::AboveBanks;
 use super::closed_edge::ClosedEdge;
 use super::folder::RunFolder;
+use super::tracers::TracerBalance;
 use crate::error::{Error, Problem};
 use crate::gate::Gate;
 
@@ -312,6 +313,9 @@ pub struct RunManifest {
     /// Inflow and outflow by each boundary, source, channel and by rain, where the scenario has any.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub boundaries: Vec<PassageRecord>,
+    /// The balance of each tracer at the end, where there are any.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub tracers: Vec<TracerBalance>,
     /// What the check warned of, where there is anything.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<WarningRecord>,

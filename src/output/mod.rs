@@ -28,6 +28,7 @@ mod outline;
 mod recorder;
 mod ridges;
 mod sections;
+mod tracers;
 mod write;
 
 pub use cell_records::{ChoiceRecord, ErrorRecord, LevelRecord, PartRecord};
@@ -49,10 +50,11 @@ pub use manifest::{
 pub use recorder::{Recorder, RecorderPlan, Recording};
 pub use ridges::Ridge;
 pub use sections::{Section, SectionRecorder, SectionRecording, SectionResult, SectionSample};
+pub use tracers::{TracerBalance, TracerGrids, TracerPlan};
 pub use write::{
     ChannelsWriter, FieldsWriter, FileHead, Findings, LevelArea, MapVariable, Provenance, map_variables,
     write_channels, write_cogs, write_gauges, write_geopackage, write_level_layer, write_maps, write_mass_balance,
-    write_passages, write_section_file, write_section_tables, write_sections,
+    write_passages, write_section_file, write_section_tables, write_sections, write_tracers,
 };
 
 /// Depth (m) below which a film counts as dry ground in the maps: it has no velocity and no hazard class.

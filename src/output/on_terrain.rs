@@ -24,9 +24,9 @@ mod faces;
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::grid::{FILL, GridMaps, OutputGrid, ThresholdGrids, filled};
-use super::ground_source::SourceGrid;
 use super::hazard::hazard_class;
 use super::maxima::{Seen, ThresholdSeen};
+use super::tracers::Tracers;
 use super::{TerrainPixels, WET_DEPTH};
 use crate::bed::PassSills;
 use crate::lattice::{Lattice, Level, NEIGHBOURS};
@@ -52,6 +52,8 @@ pub(super) struct WaterOfCells<'a> {
     pub thresholds: &'a [f64],
     /// What a cell has seen of a threshold, given by its place in the list.
     pub seen_of_threshold: &'a dyn Fn(usize, usize) -> ThresholdSeen,
+    /// The tracers.
+    pub tracers: &'a Tracers,
 }
 
 /// The terrain's own raster, and what keeps the water of a cell from the next.
@@ -116,6 +118,7 @@ impl OnTerrain {
         for (pixel, &source) in sources.iter().enumerate().filter(|(_, source)| **source != NONE) {
             self.fill_in(pixel, &wet[source as usize], water, &mut maps);
         }
+        maps.tracers = water.tracers.on_pixels(&sources, |source| wet.get(source as usize).map(|own| own.cell));
         maps
     }
 
@@ -348,11 +351,8 @@ impl OnTerrain {
             max_depth_velocity: with(0.0),
             time_of_max_depth: with(FILL),
             hazard_class: with(0.0),
-            resolution: Vec::new(),
-            max_depth_error: Vec::new(),
-            arrival_time_error: Vec::new(),
-            ground_source: SourceGrid::default(),
             thresholds: thresholds.iter().map(of_threshold).collect(),
+            ..GridMaps::default()
         }
     }
 

@@ -8,6 +8,7 @@ use super::gauges::{ArrivalRule, GaugeRecorder, GaugeResult, GaugeSample, Partin
 use super::grid::{GridMaps, OutputGrid, greatest_level};
 use super::maxima::Maxima;
 use super::on_terrain::{OnTerrain, WaterOfCells};
+use super::tracers::{TracerPlan, Tracers, concentration_at};
 use super::{Gauge, TerrainPixels, WET_DEPTH};
 use crate::bed::PassSills;
 use crate::constants::OutputConstants;
@@ -54,6 +55,8 @@ pub struct RecorderPlan {
     pub sections: Vec<Vec<usize>>,
     /// The closed edge of the terrain.
     pub closed_edge: Vec<ClosedFace>,
+    /// What is carried with the water.
+    pub tracers: Vec<TracerPlan>,
 }
 
 /// Where frames go: usually [`FieldsWriter::push`](super::FieldsWriter::push).
@@ -73,6 +76,7 @@ pub struct Recorder {
     /// Their bed (m) at the start.
     bed_at_start: BTreeMap<usize, f64>,
     maxima: Maxima,
+    tracers: Tracers,
     frames: Schedule,
     gauges: GaugeRecorder,
     sections: Vec<Vec<usize>>,
@@ -95,6 +99,10 @@ pub struct Recording {
     pub gauge_results: Vec<GaugeResult>,
     /// The gauge series, by time and then by gauge.
     pub gauge_samples: Vec<GaugeSample>,
+    /// Of each sample the concentrations of the tracers; no number where it is dry.
+    pub gauge_concentrations: Vec<Vec<f64>>,
+    /// The tracers.
+    pub tracers: Vec<TracerPlan>,
     /// When the water came to each cross-section (s), which is when it came to the first of its cells; none where it never did.
     pub section_arrivals: Vec<Option<f64>>,
     /// One row for each frame.
@@ -124,6 +132,7 @@ impl Recorder {
             highest: BTreeMap::new(),
             bed_at_start: BTreeMap::new(),
             maxima: Maxima::new(lattice.len(), lattice.columns, &thresholds, rise_on_wet),
+            tracers: Tracers::new(plan.tracers, &lattice),
             frames: Schedule::new(plan.every, plan.end_time),
             gauges: GaugeRecorder::new(
                 &plan.gauges,
@@ -157,6 +166,11 @@ impl Recorder {
         if self.sections.is_empty() {
             self.maxima.leave_out();
         }
+    }
+
+    /// The tracers.
+    pub fn tracers(&self) -> &[TracerPlan] {
+        self.tracers.plans()
     }
 
     /// The grid of the frames.
@@ -217,9 +231,10 @@ impl Recorder {
         sink: &mut FrameSink<'_>,
     ) -> Result<(), Error> {
         self.maxima.start(0.0, water);
+        self.tracers.step(0.0, 0.0, &self.maxima, water);
         self.follow_levels(water);
         self.previous_volumes = volumes;
-        self.gauges.step(0.0, 0.0, &self.bed_elevation, &self.maxima, water);
+        self.gauges.step((0.0, 0.0), &self.bed_elevation, (&self.maxima, &self.tracers), water);
         self.hand_out_frames(0.0, water, Some(volumes), sink)
     }
 
@@ -236,8 +251,9 @@ impl Recorder {
         sink: &mut FrameSink<'_>,
     ) -> Result<(), Error> {
         let volumes = volumes.into();
-        self.gauges.step(self.time, time_after, &self.bed_elevation, &self.maxima, water);
+        self.gauges.step((self.time, time_after), &self.bed_elevation, (&self.maxima, &self.tracers), water);
         self.hand_out_frames(time_after, water, volumes, sink)?;
+        self.tracers.step(self.time, time_after, &self.maxima, water);
         self.maxima.step(self.time, time_after, water);
         self.follow_levels(water);
         self.previous_volumes = volumes.unwrap_or(self.previous_volumes);
@@ -247,7 +263,7 @@ impl Recorder {
 
     /// What the run left behind, up to the last step taken.
     pub fn finish(self) -> Recording {
-        let (gauge_results, gauge_samples) = self.gauges.finish();
+        let (gauge_results, gauge_samples, gauge_concentrations) = self.gauges.finish();
         let arrivals = |cells: &Vec<usize>| {
             let arrivals = cells.iter().map(|&cell| self.maxima.seen_of_threshold(cell, 0, self.time).arrival);
             arrivals.filter(|arrival| !arrival.is_nan()).min_by(f64::total_cmp)
@@ -257,7 +273,10 @@ impl Recorder {
         let closed_edge = ClosedEdge::seen(faces, &self.maxima, self.time);
         let maps = match self.terrain {
             _ if !self.has_maps => GridMaps::default(),
-            None => self.grid.maps(&self.maxima, self.time, &self.bed_elevation, &self.highest),
+            None => GridMaps {
+                tracers: self.grid.maps_of_tracers(&self.bed_elevation, &self.tracers),
+                ..self.grid.maps(&self.maxima, self.time, &self.bed_elevation, &self.highest)
+            },
             Some(terrain) => terrain.maps(&WaterOfCells {
                 bed: &self.bed_elevation,
                 bed_at_start: &self.bed_at_start,
@@ -265,6 +284,7 @@ impl Recorder {
                 seen: &|cell| self.maxima.seen(cell),
                 thresholds: self.maxima.thresholds(),
                 seen_of_threshold: &|cell, which| self.maxima.seen_of_threshold(cell, which, self.time),
+                tracers: &self.tracers,
             }),
         };
         Recording {
@@ -272,6 +292,8 @@ impl Recorder {
             maps,
             gauge_results,
             gauge_samples,
+            gauge_concentrations,
+            tracers: self.tracers.plans().to_vec(),
             section_arrivals,
             mass_balance: self.mass_balance,
             closed_edge,
@@ -290,7 +312,10 @@ impl Recorder {
                 volumes.ok_or_else(|| Error::Internal(format!("the frame at {time} s has no water balance")))?;
             let share = share_of_step(time, self.time, time_after);
             let rows = |row: usize, cells: &mut [WaterInCell]| self.row_between(share, water, row, cells);
-            let frame = self.has_frames.then(|| self.grid.frame(time, &self.bed_elevation, rows));
+            let frame = self.has_frames.then(|| Frame {
+                concentrations: self.concentrations(share, water),
+                ..self.grid.frame(time, &self.bed_elevation, rows)
+            });
             let grid_volume = match &frame {
                 Some(frame) => self.grid.volume(&frame.depth),
                 None => self.grid.volume_of(&self.bed_elevation, rows),
@@ -301,6 +326,24 @@ impl Recorder {
             frame.map_or(Ok(()), &mut *sink)?;
         }
         Ok(())
+    }
+
+    /// The concentrations of the tracers on the grid, `share` of the way from the step before to this one.
+    fn concentrations(&self, share: f64, water: &WaterOnLattice<'_>) -> Vec<Vec<f32>> {
+        let of = |which: usize| {
+            let rows = |row: usize, cells: &mut [WaterInCell]| {
+                for (column, cell) in cells.iter_mut().enumerate() {
+                    let leaf = self.lattice.leaf(column, row);
+                    let (of_leaf, now) = (self.lattice.column_row(leaf), concentration_at(water, which, leaf));
+                    let is_followed = holds(water.spans_of_row(of_leaf.1), of_leaf.0);
+                    let before = if is_followed { self.maxima.previous(leaf).depth } else { now.0 };
+                    let share = if is_followed { share } else { 1.0 };
+                    *cell = self.tracers.between(which, leaf, share, before, now);
+                }
+            };
+            self.grid.concentration(&self.bed_elevation, rows)
+        };
+        (0..self.tracers.plans().len()).map(of).collect()
     }
 
     /// What cells in part hold more (m³) than whole cells of their depth would, `share` of the way from the step before to this one.

@@ -311,7 +311,7 @@ impl Run<'_> {
         self.clock.part("rest");
         self.clock.lap(COMPUTE);
 
-        let Recorders { plane, fields, sections, channels, .. } = recorders;
+        let Recorders { plane, fields, sections, channels, tracers, .. } = recorders;
         let (has_plane, grid) = (!plane.grid().is_empty(), plane.grid_of_maps().clone());
         let mut recording = plane.finish();
         if self.scenario.outputs.needs_maxima() {
@@ -331,7 +331,7 @@ impl Run<'_> {
         self.write_sections(&provenance, &sections)?;
         let in_channels = channels.map(|channels| channels.finish(&self.folder)).transpose()?.unwrap_or_default();
         self.manifest.above_banks = in_channels.above_banks;
-        self.write_tables(&recording, &sections)?;
+        self.write_tables(&recording, &sections, &tracers)?;
         self.clock.part("tables");
         self.clock.lap("outputs");
         let channel_gauges = in_channels.gauge_results;

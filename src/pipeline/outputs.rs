@@ -3,8 +3,9 @@
 use super::Run;
 use crate::error::Error;
 use crate::output::{
-    FileHead, Findings, OutputGrid, Provenance, Recording, SectionRecording, write_cogs, write_gauges,
+    FileHead, Findings, OutputGrid, Provenance, Recording, SectionRecording, TracerBalance, write_cogs, write_gauges,
     write_geopackage, write_maps, write_mass_balance, write_passages, write_section_file, write_section_tables,
+    write_tracers,
 };
 use crate::scenario::OutputPart;
 
@@ -58,11 +59,17 @@ impl Run<'_> {
     }
 
     /// The tables of sections, volume balance, and inflow and outflow, where they are wanted.
-    pub(super) fn write_tables(&self, recording: &Recording, sections: &SectionRecording) -> Result<(), Error> {
+    pub(super) fn write_tables(
+        &self,
+        recording: &Recording,
+        sections: &SectionRecording,
+        tracers: &[TracerBalance],
+    ) -> Result<(), Error> {
         if self.scenario.outputs.writes(OutputPart::Tables) {
             write_section_tables(&self.folder, &self.scene.sections, sections)?;
             write_mass_balance(&self.folder, recording)?;
             write_passages(&self.folder, &self.manifest.boundaries)?;
+            write_tracers(&self.folder, tracers)?;
         }
         Ok(())
     }

@@ -4,10 +4,12 @@ use super::Run;
 use super::channels::Channels;
 use super::clock::Clock;
 use super::discharges::Discharges;
-use super::records::balance;
+use super::records::{balance, tracer_balances};
 use super::stages::recorder_of;
 use crate::error::Error;
-use crate::output::{ChannelProfile, FieldsWriter, FileHead, Provenance, Recorder, RecorderPlan, SectionRecorder};
+use crate::output::{
+    ChannelProfile, FieldsWriter, FileHead, Provenance, Recorder, RecorderPlan, SectionRecorder, TracerBalance,
+};
 use crate::scenario::OutputPart;
 use crate::solver::FlowSolver;
 
@@ -28,6 +30,8 @@ pub(super) struct Recorders<'a> {
     pub channels: Option<Channels<'a>>,
     /// Whether the particles carry what passes between them.
     pub discharges: Discharges,
+    /// The balance of the tracers at the frames.
+    pub tracers: Vec<TracerBalance>,
 }
 
 impl<'a> Recorders<'a> {
@@ -43,17 +47,25 @@ impl<'a> Recorders<'a> {
         let (outputs, head) = (&scenario.outputs, FileHead { crs: &scene.crs, provenance });
         let plane = recorder_of(scenario, plan);
         let is_written = !plane.grid().is_empty() && outputs.writes(OutputPart::Fields);
-        let start_fields = || FieldsWriter::start(folder, plane.grid(), head);
+        let start_fields = || FieldsWriter::start(folder, plane.grid(), head, plane.tracers());
         let fields = is_written.then(start_fields).transpose()?;
         let sections = SectionRecorder::new(scene.sections.len(), outputs.gauges_every, scenario.end_time);
         let channels = Channels::start(scenario, profiles, solver, folder, head)?;
-        Ok(Recorders { plane, fields, sections, channels, discharges: Discharges::new(&scene.lattice) })
+        Ok(Recorders {
+            plane,
+            fields,
+            sections,
+            channels,
+            discharges: Discharges::new(&scene.lattice),
+            tracers: Vec::new(),
+        })
     }
 
     /// Takes the water of the plane at the start.
     pub fn start(&mut self, solver: &mut dyn FlowSolver, clock: &mut Clock) -> Result<(), Error> {
-        let Recorders { plane, fields, .. } = self;
+        let Recorders { plane, fields, tracers, .. } = self;
         plane.set_bed(solver.bed_now());
+        tracers.extend(tracer_balances(solver, plane.tracers()));
         let mut push = |frame| fields.as_mut().map_or(Ok(()), |fields| fields.push(frame));
         let volumes = balance(solver);
         // What the core measured of its own start.
@@ -78,13 +90,14 @@ impl<'a> Recorders<'a> {
 
     /// Takes the water of the plane at a record.
     pub fn record(&mut self, solver: &mut dyn FlowSolver, needs_balance: bool, clock: &mut Clock) -> Result<(), Error> {
-        let Recorders { plane, fields, discharges, .. } = self;
+        let Recorders { plane, fields, discharges, tracers, .. } = self;
         let time = solver.time();
         plane.set_bed(solver.bed_now());
         clock.part("rest");
         let volumes = needs_balance.then(|| balance(solver));
         if plane.is_frame_due(time) {
             discharges.add(time, solver.discharges());
+            tracers.extend(tracer_balances(solver, plane.tracers()));
         }
         clock.part(BALANCE);
         let water = solver.water();

@@ -8,12 +8,12 @@ use crate::gate::Gate;
 use crate::math::{Vec2, simd};
 use crate::output::{
     BanksRecord, BreachRecord, CellsInPartRecord, ChannelWater, DischargeRecord, HotStart, InputFile, LevelRecord,
-    MovingBedRecord, PassageRecord, RunManifest, StillWaterRecord, Volumes, WarningRecord,
+    MovingBedRecord, PassageRecord, RunManifest, StillWaterRecord, TracerBalance, TracerPlan, Volumes, WarningRecord,
 };
 use crate::prepare::{Scene, Setup, StillBody, sha256};
 use crate::scenario::Scenario;
 use crate::seeding::SeededVolume;
-use crate::solver::{BedMotion, Breach, ChannelSample, FlowSolver, GrowthLaw, Opening, Passage, Way};
+use crate::solver::{BedMotion, Breach, ChannelSample, FlowSolver, GrowthLaw, Opening, Passage, TracerLedger, Way};
 use crate::version;
 
 /// Share of the discharge that may be carried by particles in doubt (M85) before a run says so; real floods on fit lattices have up to 0.03.
@@ -56,6 +56,23 @@ pub(super) fn passages(solver: &dyn FlowSolver, scenario: &Scenario, scene: &Sce
         asked_m3: passage.asked,
     };
     solver.passages().iter().map(record).collect()
+}
+
+/// The balance of each tracer now.
+pub(super) fn tracer_balances(solver: &dyn FlowSolver, tracers: &[TracerPlan]) -> Vec<TracerBalance> {
+    let balance = |(tracer, ledger): (&TracerPlan, &TracerLedger)| TracerBalance {
+        name: tracer.name.clone(),
+        unit: if tracer.unit == "1" { "m3".to_owned() } else { format!("{} m3", tracer.unit) },
+        time_s: solver.time(),
+        initial: ledger.initial,
+        inflow: ledger.inflow,
+        outflow: ledger.outflow,
+        decayed: ledger.decayed,
+        stored: ledger.stored,
+        error_relative: ledger.relative_error(),
+    };
+    let ledgers = if tracers.is_empty() { Vec::new() } else { solver.tracers() };
+    tracers.iter().zip(&ledgers).map(balance).collect()
 }
 
 /// The water of the channels, as their recorder takes it.

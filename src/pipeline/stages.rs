@@ -4,9 +4,9 @@ use crate::bed::BedParticles;
 use crate::boundary::{Boundary, ChannelEnd};
 use crate::lattice::NEIGHBOURS;
 use crate::math::Vec2;
-use crate::output::{ClosedFace, Recorder, RecorderPlan, TerrainPixels};
+use crate::output::{ClosedFace, Recorder, RecorderPlan, TerrainPixels, TracerPlan};
 use crate::prepare::{Scene, Setup};
-use crate::scenario::{OutputPart, Scenario};
+use crate::scenario::{OutputPart, Scenario, Tracer};
 use crate::solver::FlowProblem;
 
 /// The problem of the core on a bed, which is that of the setup.
@@ -52,6 +52,17 @@ pub(super) fn recorder_plan(
         gauges_every: outputs.gauges_every,
         sections: scene.crossed.clone(),
         closed_edge,
+        tracers: scenario.tracers.iter().map(tracer_plan).collect(),
+    }
+}
+
+/// A tracer as the outputs name it.
+fn tracer_plan(tracer: &Tracer) -> TracerPlan {
+    TracerPlan {
+        name: tracer.name.value.clone(),
+        unit: tracer.unit.clone(),
+        greatest: tracer.greatest(),
+        arrival_threshold: tracer.arrival_threshold,
     }
 }
 

@@ -8,7 +8,7 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use super::progress::{Progress, StepStatistics};
 use super::recorders::Recorders;
-use super::records::{balance, breach_record, moving_bed_record};
+use super::records::{balance, breach_record, moving_bed_record, tracer_balances};
 use super::{Early, Run};
 use crate::error::Error;
 use crate::scenario::Part;
@@ -78,6 +78,7 @@ impl Run<'_> {
         manifest.particles.last = solver.particles();
         manifest.simulated_s = solver.time();
         manifest.discharges = recorders.discharges.record();
+        manifest.tracers = tracer_balances(solver, recorders.plane.tracers());
         manifest.breach = forcing.breach.as_ref().map(|breach| breach_record(breach, solver.breach_began()));
         manifest.moving_bed = moving_bed_record(&forcing.moving_bed, solver);
     }

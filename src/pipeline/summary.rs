@@ -59,6 +59,7 @@ impl fmt::Display for RunSummary {
         write_bed_and_banks(f, &self.manifest)?;
         write_closed_edge(f, &self.manifest)?;
         write_balance(f, &self.manifest)?;
+        write_tracers(f, &self.manifest)?;
         write_error(f, &self.manifest)?;
         write_gauges(f, &self.gauges)?;
         write_sections(f, &self.sections)?;
@@ -194,6 +195,25 @@ fn write_balance(f: &mut fmt::Formatter<'_>, run: &RunManifest) -> fmt::Result {
     )?;
     for gate in run.gates.iter().filter(|gate| !gate.passed && !gate.binding) {
         writeln!(f, "{gate}")?;
+    }
+    Ok(())
+}
+
+/// The balance of each tracer; nothing where there are none.
+fn write_tracers(f: &mut fmt::Formatter<'_>, run: &RunManifest) -> fmt::Result {
+    for tracer in &run.tracers {
+        writeln!(
+            f,
+            "tracer {}: {:.6e} at the start, in {:.6e}, out {:.6e}, decayed {:.6e}, {:.6e} {} at the end; error {:.1e}",
+            tracer.name,
+            tracer.initial,
+            tracer.inflow,
+            tracer.outflow,
+            tracer.decayed,
+            tracer.stored,
+            tracer.unit,
+            tracer.error_relative
+        )?;
     }
     Ok(())
 }

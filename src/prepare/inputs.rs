@@ -11,7 +11,7 @@ use crate::prepare::sha256;
 use crate::scenario::ChannelShape;
 use crate::scenario::{
     BedMovement, BoundaryCondition, Levels, MovingBed, OpenBoundary, RainAmount, RefineShape, Scenario, SourcePlace,
-    Sourced, TableFile, TerrainLayer, Timed, VectorSource,
+    Sourced, TableFile, TerrainLayer, Timed, TracerPlace, VectorSource,
 };
 
 /// An input file and the checksum of its bytes.
@@ -176,6 +176,10 @@ pub(super) fn all(scenario: &Scenario) -> Vec<InputFile> {
         OpenBoundary::Side(_) => None,
     }));
     files.forcing(scenario);
+    files.vectors(scenario.tracers.iter().flat_map(|tracer| &tracer.from).filter_map(|from| match &from.place {
+        TracerPlace::Water(polygons) => Some(polygons),
+        _ => None,
+    }));
     files.vectors(&scenario.outputs.sections);
     files.vectors(&scenario.outputs.gauges);
     let mut inputs: Vec<InputFile> = Vec::new();

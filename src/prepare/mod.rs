@@ -20,6 +20,7 @@ mod polygons;
 mod rain;
 mod raster;
 mod tables;
+mod tracers;
 mod water;
 
 use std::path::Path;

@@ -7,6 +7,7 @@ use super::following::{self, Following};
 use super::forcing::{self, breach, channels, moving_bed, plausible};
 use super::ground::{self, Ground, burn, wall_ends};
 use super::needs::needs;
+use super::tracers;
 use super::water::{self, SourcedBody, earlier, start};
 use super::{Scene, Setup};
 use super::{grid, places};
@@ -17,7 +18,7 @@ use crate::math::Vec2;
 use crate::output::{ChannelProfile, Gauge, GroundSource, OutputCrs, Section, TerrainPixels};
 use crate::scenario::{OpenBoundary, Scenario};
 use crate::seeding::StillWater;
-use crate::solver::{BedMotion, Breach, Forcing, OpenEdges};
+use crate::solver::{BedMotion, Breach, Forcing, OpenEdges, Tracer};
 use crate::terrain::Terrain;
 
 /// Of several files what they draw, as far as they could be read.
@@ -39,6 +40,7 @@ pub(super) struct Files<'a> {
     start: start::Opened,
     ground: ground::Opened,
     reaches: Vec<Option<channels::Opened>>,
+    tracers: tracers::Opened,
     /// The lines that cells follow; none on coarser levels, which have squares alone.
     followed: Option<Vec<places::Drawn>>,
 }
@@ -83,6 +85,7 @@ impl<'a> Files<'a> {
             moving: moving_bed::open(scenario, crs, findings),
             start: start::open(scenario, crs, findings),
             reaches: channels::open(scenario, crs, findings),
+            tracers: tracers::open(scenario, crs, findings),
             followed: Some(following::open(scenario, crs, findings)),
         }
     }
@@ -120,6 +123,7 @@ pub(super) fn place_on(
     plausible::check(&mut files.forcing.placed, &forcing, scenario, start, findings);
     let sections =
         sections_with_breach(scenario, &mut files, breach.as_ref(), (&ground, &at_start), &mut forcing, findings);
+    forcing.tracers = carried(scenario, &files, (&ground, &at_start), findings);
     forcing.breach = breach;
     forcing.moving_bed = moving_beds(scenario, &mut files, (ground.bed(), &forcing), findings);
     let stands = (&forcing, &edges.open, &walls[..], (&files.bodies[..], &at_start.still_water));
@@ -201,6 +205,17 @@ fn water_brought(
     let channels;
     (forcing.channels, channels) = channels::on_lattice(std::mem::take(&mut files.reaches), scenario, bed, findings);
     (forcing, channels)
+}
+
+/// What is carried with the water.
+fn carried(
+    scenario: &Scenario,
+    files: &Files<'_>,
+    (ground, at_start): (&Ground<'_>, &AtStart),
+    findings: &mut Findings,
+) -> Vec<Tracer> {
+    let marked = (ground.bed(), &at_start.still_water);
+    tracers::on_lattice(&files.tracers, scenario, marked, &files.forcing.source_counts(), findings)
 }
 
 /// The parts of the bed that move.

@@ -50,6 +50,11 @@ pub(super) const GROUP: Group = Group {
             "Take the key out, or add `terrain`.",
         ),
         error(
+            "no-such-entry",
+            "A tracer names a boundary, a source or rain that the scenario does not have, or by which no water comes in.",
+            "Give the number of an entry of that list; the first is 1.",
+        ),
+        error(
             "no-terrain",
             "The scenario names neither terrain nor channels. There is no ground for the water.",
             "Add `terrain` with at least one layer, or `channels`.",
@@ -88,6 +93,11 @@ pub(super) const GROUP: Group = Group {
             "too-large",
             "The scenario file is larger than 1 MiB. Data belongs in files of its own.",
             "Move rasters, polygons and tables into files, and name these in the scenario.",
+        ),
+        error(
+            "tracer-name",
+            "The name of a tracer cannot be part of that of a variable, or two tracers have the same.",
+            "Begin with a letter, and take letters, digits and underscores.",
         ),
         error("unit", "The unit is not one of this quantity.", "Use one of the units that the message lists."),
         error(

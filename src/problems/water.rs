@@ -21,6 +21,11 @@ pub(super) const GROUP: Group = Group {
             "Correct the level, its unit or its datum.",
         ),
         error(
+            "marks-no-water",
+            "No cell with water at the start lies in the polygons of a tracer. It would mark nothing.",
+            "Draw them over water of `initial`; name water that comes later by `boundary`, `source` or `rain`.",
+        ),
+        error(
             "no-width",
             "Lines of a river have no width.",
             "Give `width`, or name or fill in the attribute that has it.",

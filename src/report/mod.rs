@@ -8,6 +8,7 @@ mod read;
 #[cfg(test)]
 mod tests;
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use crate::error::Error;
@@ -55,8 +56,8 @@ fn output_error(path: &Path, cause: &std::io::Error) -> Error {
 
 /// A picture of the report.
 struct Figure {
-    name: &'static str,
-    caption: &'static str,
+    name: Cow<'static, str>,
+    caption: Cow<'static, str>,
     svg: String,
 }
 
@@ -84,7 +85,7 @@ impl Common<'_> {
 
     /// A figure of one map.
     fn figure(&self, name: &'static str, caption: &'static str, map: Panel) -> Figure {
-        Figure { name, caption, svg: self.sheet(caption, vec![map]) }
+        Figure { name: name.into(), caption: caption.into(), svg: self.sheet(caption, vec![map]) }
     }
 }
 
@@ -134,6 +135,9 @@ fn figures(run: &RunFolder) -> Result<Vec<Figure>, Error> {
         figures.push(common.figure("max_speed", "Maximum speed at any time", map_panel(&values, &classes)));
     }
     figures.extend(error_figure(&common)?);
+    for tracer in run.tracers() {
+        figures.extend(dilution(&common, &tracer)?);
+    }
     figures.extend(four_times(&common, &depth_classes, arrival_panel, origin)?);
     figures.extend(lines("gauges", "Water depth at the gauges", "depth (m)", &run.series));
     figures.extend(lines("sections", "Discharge at the cross-sections", "discharge (m³/s)", &run.discharges));
@@ -146,6 +150,16 @@ fn error_figure(common: &Common<'_>) -> Result<Option<Figure>, Error> {
     let classes = Classes { title: "Estimated error (m)".to_owned(), ..Classes::depth(greatest(&values)) };
     let caption = "Estimated error of the maximum depth, by a second run on cells twice as wide";
     Ok(Some(common.figure("max_depth_error", caption, map_panel(&values, &classes))))
+}
+
+/// The dilution of a tracer.
+fn dilution(common: &Common<'_>, tracer: &str) -> Result<Option<Figure>, Error> {
+    let name = format!("dilution_{tracer}");
+    let Some(values) = common.run.map(&name)? else { return Ok(None) };
+    let classes = Classes::dilution(greatest(&values));
+    let caption = format!("Maximum concentration of {tracer} over that of its sources");
+    let svg = common.sheet(&caption, vec![map_panel(&values, &classes)]);
+    Ok(Some(Figure { name: name.into(), caption: caption.into(), svg }))
 }
 
 /// The depth at four times after the origin, and the arrival where it is known; none without frames.
@@ -166,13 +180,17 @@ fn four_times(
     }
     panels.extend(arrival.map(|panel| Panel { caption: "Arrival of the flood".to_string(), ..panel }));
     let caption = "The flood at four times, and its arrival";
-    Ok(Some(Figure { name: "four_times", caption, svg: common.sheet(caption, panels) }))
+    Ok(Some(Figure { name: "four_times".into(), caption: caption.into(), svg: common.sheet(caption, panels) }))
 }
 
 /// A hydrograph of the lines that have more than a point; none where there are none.
 fn lines(name: &'static str, caption: &'static str, axis: &str, all: &[Series]) -> Option<Figure> {
     let lines: Vec<Series> = all.iter().filter(|line| line.points.len() > 1).take(MOST_LINES).cloned().collect();
-    (!lines.is_empty()).then(|| Figure { name, caption, svg: hydrograph(caption, axis, &lines) })
+    (!lines.is_empty()).then(|| Figure {
+        name: name.into(),
+        caption: caption.into(),
+        svg: hydrograph(caption, axis, &lines),
+    })
 }
 
 /// The greatest finite value, 0 where there is none.

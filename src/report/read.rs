@@ -109,6 +109,12 @@ impl RunFolder {
         variable(&self.maps, name, None)
     }
 
+    /// The names of the tracers.
+    pub fn tracers(&self) -> Vec<String> {
+        let names = self.maps.variables().map(|variable| variable.name());
+        names.filter_map(|name| name.strip_prefix("dilution_").map(str::to_owned)).collect()
+    }
+
     /// Depth in the first frame.
     pub fn initial_depth(&self) -> Result<Option<Vec<f64>>, Error> {
         self.fields.as_ref().map_or(Ok(None), |(fields, grid)| self.depth(fields, grid, 0))

@@ -16,7 +16,9 @@ fn run_folder(folder: &Path) {
         (0..COLUMNS * ROWS).map(|i| if reached(i, 30) { 10.0 * (i % COLUMNS) as f32 } else { -9999.0 }).collect();
 
     let mut maps = file(&folder.join("maps.nc"));
-    for (name, values) in [("bed_elevation", &bed), ("max_depth", &depth(30)), ("arrival_time", &arrival)] {
+    for (name, values) in
+        [("bed_elevation", &bed), ("max_depth", &depth(30)), ("arrival_time", &arrival), ("dilution_spill", &depth(12))]
+    {
         let mut variable = maps.add_variable::<f32>(name, &["y", "x"]).unwrap();
         variable.set_fill_value(-9999f32).unwrap();
         variable.put_values(values, ..).unwrap();
@@ -80,9 +82,17 @@ fn the_report_holds_every_figure_and_needs_no_other_file() {
     let Report { files, doubt } = report(folder.path()).unwrap();
     assert_eq!(doubt, None);
     let names: Vec<_> = files.iter().filter_map(|path| path.file_name()?.to_str()).collect();
-    assert_eq!(names, ["max_depth.svg", "arrival.svg", "four_times.svg", "gauges.svg", "index.html"]);
-    let page = std::fs::read_to_string(&files[4]).unwrap();
-    for text in ["Made valley", "Mill, upper", "1234", "50000.0 m³", "2 min 30 s after the failure"] {
+    let drawn = ["max_depth.svg", "arrival.svg", "dilution_spill.svg", "four_times.svg", "gauges.svg", "index.html"];
+    assert_eq!(names, drawn);
+    let page = std::fs::read_to_string(files.last().unwrap()).unwrap();
+    for text in [
+        "Made valley",
+        "Mill, upper",
+        "1234",
+        "50000.0 m³",
+        "2 min 30 s after the failure",
+        "Maximum concentration of spill",
+    ] {
         assert!(page.contains(text), "the page lacks {text}");
     }
     let outside =

@@ -151,6 +151,10 @@ kinds! {
     Gravity: ACCELERATION, "9.81", "greater than 0", |value| value > 0.0;
     /// Memory (bytes).
     Memory: MEMORY, "8 GB", "greater than 0", |value| value > 0.0;
+    /// A share of the concentration of a source (dimensionless).
+    ShareOfSource: SHARE, "0.01", "greater than 0 and at most 1", |value| value > 0.0 && value <= 1.0;
+    /// The number of an entry of a list.
+    EntryNumber: NUMBER, "1", "a whole number of 1 or more", |value| value >= 1.0 && value.fract() <= 0.0;
     /// A number of cells.
     CellCount: NUMBER, "50", "1 or more", |value| value >= 1.0;
     /// A number of particles.

@@ -4,7 +4,7 @@ use std::fmt;
 
 use crate::error::NumericalFailure;
 use crate::math::Vec2;
-use crate::solver::Ledger;
+use crate::solver::{Ledger, TracerLedger};
 
 /// One particle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,6 +19,8 @@ pub struct Sample {
     pub volume: f64,
     /// Bed elevation (m).
     pub bed: f64,
+    /// Concentration of the first tracer of the problem; 0 where it has none.
+    pub concentration: f64,
 }
 
 /// All water at one moment: particles of the variational formulation, or the cells of the lattice with those that are dry.
@@ -36,6 +38,8 @@ pub struct Snapshot {
     pub time: f64,
     /// The volume balance of the core; in a channel those of a strip as wide as a cell.
     pub ledger: Ledger,
+    /// The balance of each tracer.
+    pub tracers: Vec<TracerLedger>,
 }
 
 impl Snapshot {

@@ -34,6 +34,7 @@ fn snapshot(core: &mut Core, setup: &Setup) -> Snapshot {
                 velocity: particles.velocity[i],
                 volume: particles.volume[i],
                 bed: state.bed_at(particles.position[i]).elevation,
+                concentration: 0.0,
             };
             (0..particles.len()).map(sample).collect()
         }
@@ -42,8 +43,9 @@ fn snapshot(core: &mut Core, setup: &Setup) -> Snapshot {
     let is_of_particles = matches!(core, Core::Variational(_));
     let depths = core.flow().water().depths();
     let depth_on_lattice = if setup.rows > 1 { mean_of_rows(&depths, setup.rows) } else { depths };
-    let (time, ledger) = (core.flow().time(), core.flow().ledger());
-    Snapshot { is_of_particles, samples, depth_on_lattice, gravity, time, ledger }
+    let solver = core.flow();
+    let (time, ledger, tracers) = (solver.time(), solver.ledger(), solver.tracers());
+    Snapshot { is_of_particles, samples, depth_on_lattice, gravity, time, ledger, tracers }
 }
 
 /// The mean of so many rows of a lattice.
@@ -61,11 +63,15 @@ fn samples_on_lattice(core: &mut Core, setup: &Setup) -> Vec<Sample> {
         Dimension::Two => lattice.cell_area(),
     };
     let film = FILM_SHARE * setup.scale_depth;
+    let has_tracers = !setup.problem.forcing.tracers.is_empty();
     let water = core.flow().water();
     let sample = |i: usize| {
         let WaterInCell { depth, discharge_x, discharge_y } = water.at(i);
         let velocity = if depth > film { Vec2::new(discharge_x, discharge_y) / depth } else { Vec2::ZERO };
-        Sample { place: lattice.centre(i), depth, velocity, volume: depth * area, bed: bed.elevation[i] }
+        let (column, row) = lattice.column_row(i);
+        let concentration = if has_tracers { water.rows.concentration(0, row)[column] } else { 0.0 };
+        let (place, volume, bed) = (lattice.centre(i), depth * area, bed.elevation[i]);
+        Sample { place, depth, velocity, volume, bed, concentration }
     };
     (0..lattice.len()).filter(|&i| bed.has_terrain(i)).map(sample).collect()
 }

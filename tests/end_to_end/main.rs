@@ -27,6 +27,7 @@ mod plan;
 mod rain;
 mod smallest_inputs;
 mod terrain;
+mod tracers;
 mod walls;
 mod whole_runs;
 

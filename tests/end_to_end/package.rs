@@ -27,8 +27,14 @@ fn the_archive_has_the_files_of_its_scenarios_and_pages() {
     let answer = stage.output().unwrap();
     assert!(answer.status.success(), "{}", String::from_utf8_lossy(&answer.stderr));
 
-    for scenario in ["demo/scenario", "tutorial/scenario", "tutorial/breach", "tutorial/levee", "river_flood/scenario"]
-    {
+    for scenario in [
+        "demo/scenario",
+        "tutorial/scenario",
+        "tutorial/breach",
+        "tutorial/levee",
+        "river_flood/scenario",
+        "spill/scenario",
+    ] {
         let mut check = Command::new(folder.path().join("floodsim"));
         check.current_dir(folder.path()).args(["check", &format!("scenarios/{scenario}.yaml")]);
         let answer = check.output().unwrap();

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::{BedMotion, Breach, Channel, Pieces, Series};
+use super::{BedMotion, Breach, Channel, Pieces, Series, Tracer};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 
@@ -197,6 +197,8 @@ pub struct Forcing {
     pub channels: Vec<Channel>,
     /// Cross-sections: the straight pieces of each in local coordinates (m), from the left to the right bank.
     pub sections: Vec<Vec<[Vec2; 2]>>,
+    /// What is carried with the water.
+    pub tracers: Vec<Tracer>,
 }
 
 impl Forcing {

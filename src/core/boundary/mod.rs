@@ -12,6 +12,7 @@ mod open_edges;
 mod outline;
 mod series;
 mod sight;
+mod tracer;
 mod virtual_particles;
 mod wall;
 
@@ -27,4 +28,5 @@ pub use moving_bed::{BedLaw, BedMotion, Patch, Progress, Slide};
 pub use open_edges::{Holes, OpenEdges, Pieces};
 pub use outline::outline;
 pub use series::Series;
+pub use tracer::Tracer;
 pub use wall::{Path, Walls};

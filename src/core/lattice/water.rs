@@ -65,6 +65,11 @@ impl WaterInRow<'_> {
 pub trait WaterRows: Sync {
     /// The water of a row.
     fn row(&self, row: usize) -> WaterInRow<'_>;
+
+    /// The concentration of a tracer in each cell of a row; nothing where no tracer is carried.
+    fn concentration(&self, _tracer: usize, _row: usize) -> &[f64] {
+        &[]
+    }
 }
 
 /// The water of one moment on the lattice, as the recorder of maps sees it, whatever motion the solver uses.

@@ -7,6 +7,7 @@ pub mod friction;
 pub mod kernel;
 pub mod limiter;
 pub mod open_boundary;
+pub mod tracer;
 pub mod turbulence;
 
 /// Speed of small waves c = √(g d) (m/s) at a depth (m) of 0 or more.

@@ -13,7 +13,7 @@ pub mod variational;
 pub use crate::boundary::{
     BedLaw, BedMotion, Boundary, Breach, Channel, ChannelEnd, ChannelSection, Condition, DamCell, EdgeFace, Forcing,
     GrowthLaw, LineSource, OpenEdges, Opening, Patch, PointSource, Rain, RainFrames, Rating, Resistance, RimCell,
-    Series, Slide, Strip, Trigger, edge_faces,
+    Series, Slide, Strip, Tracer, Trigger, edge_faces,
 };
 pub use eulerian::{EulerianMethods, EulerianSolver, halvings};
 pub use nested::nested;
@@ -101,6 +101,30 @@ impl Ledger {
     pub fn relative_error(&self) -> f64 {
         let supplied = self.initial + self.inflow;
         if supplied > 0.0 { (self.stored - self.initial - self.inflow + self.outflow) / supplied } else { 0.0 }
+    }
+}
+
+/// The balance of a tracer: amounts, which are its concentration times cubic metres.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TracerLedger {
+    /// In the water at the start.
+    pub initial: f64,
+    /// That came in since.
+    pub inflow: f64,
+    /// That left since.
+    pub outflow: f64,
+    /// That decayed since.
+    pub decayed: f64,
+    /// In the water now, summed afresh over the cells.
+    pub stored: f64,
+}
+
+impl TracerLedger {
+    /// (stored − initial − inflow + outflow + decayed) / (initial + inflow); 0 where there never was any.
+    pub fn relative_error(&self) -> f64 {
+        let supplied = self.initial + self.inflow;
+        let lost = self.stored - self.initial - self.inflow + self.outflow + self.decayed;
+        if supplied > 0.0 { lost / supplied } else { 0.0 }
     }
 }
 
@@ -221,6 +245,10 @@ pub trait FlowSolver: Send {
     }
     /// The volumes.
     fn ledger(&self) -> Ledger;
+    /// The balance of each tracer of the problem.
+    fn tracers(&self) -> Vec<TracerLedger> {
+        Vec::new()
+    }
     /// What passed the cross-sections of the problem; nothing where the core knows none.
     fn sections(&self) -> &[SectionFlow] {
         &[]

@@ -1,6 +1,7 @@
 //! The maps of a run as grids.
 
 use crate::output::ground_source::SourceGrid;
+use crate::output::tracers::TracerGrids;
 
 /// The maps for one threshold on the output grid.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,4 +43,6 @@ pub struct GridMaps {
     pub ground_source: SourceGrid,
     /// One entry for each threshold.
     pub thresholds: Vec<ThresholdGrids>,
+    /// One entry for each tracer.
+    pub tracers: Vec<TracerGrids>,
 }

@@ -53,6 +53,7 @@ impl Scene<'_> {
             duration: if depth[cell] >= thresholds[which] { 60.0 } else { 0.0 },
             recession: f64::NAN,
         };
+        let tracers = Tracers::new(Vec::new(), &lattice);
         OnTerrain::new(lattice, pixels, PassSills::new(self.passes.clone()), &self.walls).maps(&WaterOfCells {
             bed: &bed,
             bed_at_start: &BTreeMap::new(),
@@ -60,6 +61,7 @@ impl Scene<'_> {
             seen: &seen,
             thresholds: &thresholds,
             seen_of_threshold: &of_threshold,
+            tracers: &tracers,
         })
     }
 

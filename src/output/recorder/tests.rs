@@ -40,6 +40,7 @@ fn plan(every: f64) -> RecorderPlan {
         gauges_every: 10.0,
         sections: vec![vec![7, 8], vec![5, 6, 7], vec![8], vec![]],
         closed_edge: vec![],
+        tracers: vec![],
     }
 }
 

@@ -17,9 +17,11 @@ use netcdf::Options;
 use super::super::folder::{RunFolder, output_error};
 use super::super::frames::Frame;
 use super::super::grid::{FILL, OutputGrid};
+use super::super::tracers::TracerPlan;
 use super::FileHead;
 use super::crs::WritableCrs;
 use super::netcdf_file::{FileDescription, NetcdfFile};
+use super::tracers::field;
 use crate::error::Error;
 
 const PARTIAL: &str = "fields.partial.nc";
@@ -39,6 +41,7 @@ const FIELDS: [(&str, &str, &str, &str); 4] = [
 pub struct FieldsWriter {
     folder: RunFolder,
     description: FileDescription,
+    tracers: Vec<TracerPlan>,
     sender: Option<SyncSender<Frame>>,
     worker: Option<JoinHandle<Result<(), Error>>>,
 }
@@ -52,18 +55,24 @@ impl FieldsWriter {
         folder: &RunFolder,
         grid: &OutputGrid,
         FileHead { crs, provenance }: FileHead<'_>,
+        tracers: &[TracerPlan],
     ) -> Result<FieldsWriter, Error> {
         let description = FileDescription { grid: grid.clone(), crs: crs.clone(), provenance: provenance.clone() };
         let path = folder.file(PARTIAL);
         let (sender, receiver) = sync_channel(0);
         let (ready, is_ready) = sync_channel(1);
         let worker = std::thread::Builder::new().name("fields".into()).spawn({
-            let (path, description) = (path.clone(), description.clone());
-            move || write_partial(&path, &description, &receiver, &ready)
+            let (path, description, tracers) = (path.clone(), description.clone(), tracers.to_vec());
+            move || write_partial(&path, (&description, &tracers), &receiver, &ready)
         });
         let worker = worker.map_err(|cause| output_error(&path, cause))?;
-        let mut writer =
-            FieldsWriter { folder: folder.clone(), description, sender: Some(sender), worker: Some(worker) };
+        let mut writer = FieldsWriter {
+            folder: folder.clone(),
+            description,
+            tracers: tracers.to_vec(),
+            sender: Some(sender),
+            worker: Some(worker),
+        };
         // The thread drops its end without a word when it cannot create the file.
         if is_ready.recv().is_err() {
             writer.join()?;
@@ -91,7 +100,7 @@ impl FieldsWriter {
     pub fn finish(mut self) -> Result<(), Error> {
         self.join()?;
         let partial = self.folder.file(PARTIAL);
-        let convert = |path: &Path| convert(&partial, path, &self.description);
+        let convert = |path: &Path| convert(&partial, path, (&self.description, &self.tracers));
         self.folder.write_with("fields.nc", convert)?;
         fs::remove_file(&partial).map_err(|cause| output_error(&partial, cause))
     }
@@ -116,7 +125,7 @@ impl Drop for FieldsWriter {
 /// The body of the writing thread.
 fn write_partial(
     path: &PathBuf,
-    description: &FileDescription,
+    (description, tracers): (&FileDescription, &[TracerPlan]),
     frames: &Receiver<Frame>,
     ready: &SyncSender<()>,
 ) -> Result<(), Error> {
@@ -124,31 +133,42 @@ fn write_partial(
     let crs = WritableCrs::new(&description.crs, path)?;
     let file = netcdf::create_with(path, Options::_64BIT_OFFSET).map_err(failed)?;
     let mut file = NetcdfFile::describe(file, path, &crs, description)?;
-    define_fields(&mut file, description, false).map_err(failed)?;
+    define_fields(&mut file, (description, tracers), false).map_err(failed)?;
     file.file.enddef().map_err(failed)?;
     file.write_coordinates(&description.grid).map_err(failed)?;
     file.file.sync().map_err(failed)?;
     // The other end waits for this one word only.
     let _ = ready.send(());
     for (record, frame) in frames.iter().enumerate() {
-        write_frame(&mut file, record, &frame).and_then(|()| file.file.sync()).map_err(failed)?;
+        write_frame(&mut file, record, (&frame, tracers)).and_then(|()| file.file.sync()).map_err(failed)?;
     }
     file.file.close().map_err(failed)
 }
 
-fn define_fields(file: &mut NetcdfFile<'_>, description: &FileDescription, compressed: bool) -> netcdf::Result<()> {
+/// Name, standard name, long name and unit of all fields.
+fn all_fields(tracers: &[TracerPlan]) -> Vec<[String; 4]> {
+    let own = FIELDS.iter().map(|&(name, standard, long, units)| [name, standard, long, units].map(str::to_owned));
+    let carried = tracers.iter().map(field).map(|(name, long_name, units)| [name, String::new(), long_name, units]);
+    own.chain(carried).collect()
+}
+
+fn define_fields(
+    file: &mut NetcdfFile<'_>,
+    (description, tracers): (&FileDescription, &[TracerPlan]),
+    compressed: bool,
+) -> netcdf::Result<()> {
     file.file.add_unlimited_dimension("time")?;
     file.define_time(&["time"], &description.provenance)?;
-    for (name, standard_name, long_name, units) in FIELDS {
+    for [name, standard_name, long_name, units] in &all_fields(tracers) {
         file.file.add_variable::<f32>(name, &["time", "y", "x"])?;
         if compressed {
             file.compress(name, &[1, description.grid.rows, description.grid.columns])?;
         }
         file.variable(name)?.put_attribute("_FillValue", FILL)?;
         let attributes = [
-            ("standard_name", standard_name),
-            ("long_name", long_name),
-            ("units", units),
+            ("standard_name", standard_name.as_str()),
+            ("long_name", long_name.as_str()),
+            ("units", units.as_str()),
             ("cell_methods", "area: mean time: point"),
         ];
         file.describe_variable(name, &attributes)?;
@@ -157,28 +177,37 @@ fn define_fields(file: &mut NetcdfFile<'_>, description: &FileDescription, compr
     Ok(())
 }
 
-fn write_frame(file: &mut NetcdfFile<'_>, record: usize, frame: &Frame) -> netcdf::Result<()> {
+fn write_frame(
+    file: &mut NetcdfFile<'_>,
+    record: usize,
+    (frame, tracers): (&Frame, &[TracerPlan]),
+) -> netcdf::Result<()> {
     let values = [&frame.depth, &frame.water_level, &frame.velocity_x, &frame.velocity_y];
-    for ((name, ..), values) in FIELDS.iter().zip(values) {
+    for ([name, ..], values) in all_fields(tracers).iter().zip(values.into_iter().chain(&frame.concentrations)) {
         file.variable(name)?.put_values(values, (record, .., ..))?;
     }
     file.variable("time")?.put_value(frame.time, record)
 }
 
 /// Makes the compressed file from the partial one, frame by frame.
-fn convert(partial: &Path, path: &Path, description: &FileDescription) -> Result<(), Error> {
+fn convert(
+    partial: &Path,
+    path: &Path,
+    (description, tracers): (&FileDescription, &[TracerPlan]),
+) -> Result<(), Error> {
     let failed = |cause: netcdf::Error| output_error(path, cause);
     let crs = WritableCrs::new(&description.crs, path)?;
     let source = netcdf::open(partial).map_err(|cause| output_error(partial, cause))?;
     let file = netcdf::create_with(path, Options::NETCDF4).map_err(failed)?;
     let mut file = NetcdfFile::describe(file, path, &crs, description)?;
     let mut copy = || -> netcdf::Result<()> {
-        file.define_compressed(|file| define_fields(file, description, true))?;
+        let fields = all_fields(tracers);
+        file.define_compressed(|file| define_fields(file, (description, tracers), true))?;
         file.write_coordinates(&description.grid)?;
         let variable = |name: &str| source.variable(name).ok_or_else(|| netcdf::Error::NotFound(name.to_string()));
         let mut values = vec![FILL; description.grid.len()];
         for record in 0..source.dimension_len("time").unwrap_or(0) {
-            for (name, ..) in FIELDS {
+            for [name, ..] in &fields {
                 variable(name)?.get_values_into(&mut values, (record, .., ..))?;
                 file.variable(name)?.put_values(&values, (record, .., ..))?;
             }

@@ -15,6 +15,7 @@ mod projection;
 mod qgis;
 mod sections;
 mod tables;
+mod tracers;
 mod variables;
 
 pub use channel_profiles::ChannelsWriter;
@@ -26,6 +27,7 @@ pub use level_layer::{LevelArea, write_level_layer};
 pub use maps::write_maps;
 pub use sections::{write_section_file, write_section_tables, write_sections};
 pub use tables::{write_gauges, write_mass_balance, write_passages};
+pub use tracers::write_tracers;
 pub use variables::{MapVariable, map_variables};
 
 use super::OutputCrs;

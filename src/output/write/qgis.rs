@@ -27,6 +27,7 @@ struct Class {
 pub(super) fn raster_style(map: &MapVariable<'_>) -> String {
     let body = match map.kind {
         MapKind::Class => class_renderer(&map.classes),
+        MapKind::Concentration => discrete_renderer(&equal_classes(map, &BLUES, 1.0, map.units, false)),
         MapKind::Depth => discrete_renderer(&limits(&DEPTHS, &BLUES, map.units)),
         MapKind::Speed => discrete_renderer(&limits(&SPEEDS, &REDS, map.units)),
         MapKind::Time => {

@@ -27,18 +27,22 @@ pub fn write_gauges(folder: &RunFolder, gauges: &[Gauge], recording: &Recording)
     let header = "id,x,y,bed_m,arrival_s,max_depth_m,max_level_m,time_of_max_s,max_speed_m_s";
     write_lines(folder, "tables/gauges.csv", header, gauge_rows)?;
 
-    let series_rows = recording.gauge_samples.iter().map(|sample| {
-        row([
+    let samples = recording.gauge_samples.iter().zip(&recording.gauge_concentrations);
+    let series_rows = samples.map(|(sample, concentrations)| {
+        let own = row([
             text(&gauges[sample.gauge].id),
             number(Some(sample.time), 3),
             number(Some(sample.depth), 4),
             number(sample.level, 4),
             number(Some(sample.velocity_x), 4),
             number(Some(sample.velocity_y), 4),
-        ])
+        ]);
+        let digits = |value: &f64| if value.is_finite() { format!(",{value:.6e}") } else { ",".to_owned() };
+        own + &concentrations.iter().map(digits).collect::<String>()
     });
-    let header = "id,time_s,depth_m,level_m,velocity_x_m_s,velocity_y_m_s";
-    write_lines(folder, "tables/gauge_series.csv", header, series_rows)
+    let named = recording.tracers.iter().map(|tracer| format!(",concentration_{}", tracer.name)).collect::<String>();
+    let header = format!("id,time_s,depth_m,level_m,velocity_x_m_s,velocity_y_m_s{named}");
+    write_lines(folder, "tables/gauge_series.csv", &header, series_rows)
 }
 
 /// Writes `mass_balance.csv` into `tables/`.

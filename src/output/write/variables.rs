@@ -3,6 +3,7 @@
 use super::super::grid::GridMaps;
 use super::super::ground_source::{SourceClass, SourceGrid};
 use super::super::hazard::HAZARD_CLASSES;
+use super::super::tracers::{TracerGrids, TracerPlan};
 
 /// What a map shows; decides its data type and its style.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,6 +14,8 @@ pub enum MapKind {
     Depth,
     /// Speed (m/s) or depth times speed (m²/s).
     Speed,
+    /// Concentration, in a unit of its own.
+    Concentration,
     /// Time since the start (s).
     Time,
     /// One of a few classes.
@@ -42,7 +45,7 @@ pub struct MapVariable<'a> {
     /// Name in the CF standard name table, where there is one.
     pub standard_name: Option<&'static str>,
     /// Unit.
-    pub units: &'static str,
+    pub units: &'a str,
     /// How the value was formed over time; empty where that does not apply.
     pub cell_methods: &'static str,
     /// Definition.
@@ -117,6 +120,7 @@ pub fn map_variables(maps: &GridMaps, rise_on_wet: f64) -> Vec<MapVariable<'_>> 
     let resolution = || map("resolution", edge, None, ("m", MapKind::Depth), "", &maps.resolution);
     variables.extend((!maps.resolution.is_empty()).then(resolution));
     variables.extend(errors(maps));
+    variables.extend(of_tracers(&maps.tracers));
     variables.extend(ground_source(maps));
     variables
 }
@@ -232,6 +236,53 @@ fn errors(maps: &GridMaps) -> impl Iterator<Item = MapVariable<'_>> {
         of("arrival_time_error", arrival, ("s", MapKind::Time), &maps.arrival_time_error[..]),
     ];
     all.into_iter().filter(|map| !map.values.is_empty())
+}
+
+/// The maps of the tracers.
+fn of_tracers(grids: &[TracerGrids]) -> impl Iterator<Item = MapVariable<'_>> {
+    grids.iter().flat_map(|grids| {
+        let TracerPlan { name, unit, greatest, arrival_threshold } = &grids.plan;
+        let wanted = arrival_threshold * greatest;
+        let map = |start: &str, long_name: String, units, (kind, cell_methods), comment: String, values| MapVariable {
+            name: format!("{start}_{name}"),
+            long_name,
+            standard_name: None,
+            units,
+            cell_methods,
+            comment,
+            threshold: None,
+            kind,
+            classes: Vec::new(),
+            values,
+        };
+        let most = (MapKind::Concentration, "area: maximum time: maximum");
+        [
+            map(
+                "max_concentration",
+                format!("maximum concentration of {name}"),
+                unit.as_str(),
+                most,
+                "depth-averaged; maximum over all compute steps; no value where always dry".to_owned(),
+                &grids.greatest[..],
+            ),
+            map(
+                "dilution",
+                format!("maximum concentration of {name} over that of its sources"),
+                "1",
+                most,
+                format!("over the greatest concentration of the sources, {greatest} {unit}; no value where always dry"),
+                &grids.dilution[..],
+            ),
+            map(
+                "tracer_arrival",
+                format!("time of arrival of {name}"),
+                "s",
+                (MapKind::Time, ""),
+                format!("seconds since the start; first time the concentration is at least {wanted} {unit}; interpolated between compute steps; no value where it never was"),
+                &grids.arrival[..],
+            ),
+        ]
+    })
 }
 
 /// The map of who set the ground, where it is asked for.

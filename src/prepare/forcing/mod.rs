@@ -43,6 +43,13 @@ pub struct Opened {
     pub sections: Vec<Section>,
 }
 
+impl Opened {
+    /// How many points and lines each source has.
+    pub fn source_counts(&self) -> Vec<(usize, usize)> {
+        self.sources.iter().map(|(places, _)| places.count()).collect()
+    }
+}
+
 /// Opens every file of boundaries, sources, rain and sections.
 pub fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Opened {
     let is_rough = !scenario.roughness.is_none();

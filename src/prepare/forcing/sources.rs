@@ -34,6 +34,16 @@ pub enum Places {
     Lines(Vec<(usize, Vec<Vec<Vec2>>)>),
 }
 
+impl Places {
+    /// How many points and lines these are.
+    pub fn count(&self) -> (usize, usize) {
+        match self {
+            Places::Points(points) => (points.len(), 0),
+            Places::Lines(lines) => (0, lines.len()),
+        }
+    }
+}
+
 /// Opens the files of each.
 pub fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Vec<Opened> {
     let opened = scenario.sources.iter().map(|source| {

@@ -38,6 +38,24 @@ pub(super) fn vector(key: &str, path: impl Into<PathBuf>) -> Sourced<VectorSourc
     sourced(key, VectorSource { path: path.into(), layer: None })
 }
 
+/// All outputs on cells of the resolution (m).
+fn outputs(resolution: f64) -> Outputs {
+    Outputs {
+        folder: sourced("outputs.folder", PathBuf::from("out")),
+        write: OutputPart::ALL.to_vec(),
+        maps_on_terrain: None,
+        cell: resolution,
+        every: 1.0,
+        gauges_every: 1.0,
+        sections: None,
+        gauges: None,
+        thresholds: vec![0.01],
+        rise_on_wet: 0.05,
+        isochrones: Vec::new(),
+        error_estimate: false,
+    }
+}
+
 /// A scenario without inputs.
 pub(super) fn scenario(resolution: f64) -> Scenario {
     Scenario {
@@ -58,26 +76,14 @@ pub(super) fn scenario(resolution: f64) -> Scenario {
         breach: None,
         moving_bed: Vec::new(),
         channels: Vec::new(),
+        tracers: Vec::new(),
         resolution: sourced("resolution", resolution),
         levels: None,
         auto: None,
         reading: crate::scenario::Reading::default(),
         end_time: 10.0,
         reference_time: None,
-        outputs: Outputs {
-            folder: sourced("outputs.folder", PathBuf::from("out")),
-            write: OutputPart::ALL.to_vec(),
-            maps_on_terrain: None,
-            cell: resolution,
-            every: 1.0,
-            gauges_every: 1.0,
-            sections: None,
-            gauges: None,
-            thresholds: vec![0.01],
-            rise_on_wet: 0.05,
-            isochrones: Vec::new(),
-            error_estimate: false,
-        },
+        outputs: outputs(resolution),
         numerics: Numerics {
             formulation: Formulation::default(),
             motion: Motion::default(),

@@ -11,6 +11,7 @@ mod numerics;
 mod outputs;
 mod reading;
 mod resolution;
+mod tracers;
 mod water;
 
 use std::path::PathBuf;
@@ -29,6 +30,7 @@ pub use numerics::*;
 pub use outputs::*;
 pub use reading::*;
 pub use resolution::*;
+pub use tracers::*;
 pub use water::*;
 
 /// A value with its key path and place in the scenario file, for messages.
@@ -99,6 +101,8 @@ pub struct Scenario {
     pub moving_bed: Vec<MovingBed>,
     /// Channels of one dimension.
     pub channels: Vec<Channel>,
+    /// What is carried with the water.
+    pub tracers: Vec<Tracer>,
     /// Distance of two particles (m); the finest one where there are levels.
     pub resolution: Sourced<f64>,
     /// Levels of cells above it; none where all cells are of one spacing.

@@ -19,6 +19,7 @@ mod sources;
 mod terrain;
 #[cfg(test)]
 mod tests;
+mod tracers;
 
 pub(super) use resolution::open_length;
 pub use scenario::ScenarioFile;

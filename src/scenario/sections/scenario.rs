@@ -15,9 +15,10 @@ use super::resolution::Resolution;
 use super::roughness::RoughnessSection;
 use super::sources::SourceEntry;
 use super::terrain::Terrain;
+use super::tracers::TracerEntry;
 use super::{
     boundaries, breach, channel, channels_alone, ground, initial, moving_bed, numerics, outputs, rain, resolution,
-    roughness, sources, terrain,
+    roughness, sources, terrain, tracers,
 };
 use crate::error::{Problem, ProblemKind};
 use crate::scenario::defaults::{MAX_PARTICLES, MEMORY_SHARE, machine_memory};
@@ -62,6 +63,9 @@ section! {
         /// Reaches that are computed in one dimension, for Eulerian particles; none when absent. Codes: method-combination,
         /// channels-of-earlier-run, no-maps.
         channels: Option<Vec<ChannelEntry>>,
+        /// What is carried with the water, in the balanced formulation on cells of one spacing; none when absent. Codes:
+        /// method-combination.
+        tracers: Option<Vec<TracerEntry>>,
         /// Spacing: the distance of two neighbouring particles and the edge of a cell; levels of cells, fine where it matters; or
         /// `auto`, by which the program chooses. Codes: bad-resolution, resolution-too-coarse, finer-than-terrain, ridge-in-cell, steps-in-cells, levels-for-eulerian.
         resolution: Resolution,
@@ -106,12 +110,18 @@ fn check_scenario(node: &Node, reader: &mut Reader) -> Option<()> {
         return None;
     }
     let has_methods = check_moving_particles(node, boundaries, reader)?;
-    (is_whole && has_methods).then_some(())
+    let has_tracers = tracers::check(node, reader).is_some();
+    (is_whole && has_methods && has_tracers).then_some(())
 }
 
 /// What says something of the water that comes in.
 fn feeds(entry: &Node) -> bool {
     ["discharge", "level", "stage", "wave"].iter().any(|key| entry.has(key))
+}
+
+/// What may let water in.
+pub(super) fn lets_in(entry: &Node) -> bool {
+    feeds(entry) || entry.get("type").is_some_and(|kind| kind.value == Value::Text("free".to_owned()))
 }
 
 /// Whether the particles have all that the scenario asks for, where they move; refuses what they do not have. None where a method has no
@@ -242,6 +252,7 @@ pub(in crate::scenario) fn fill_in(written: ScenarioFile, file: &Path) -> Scenar
         breach: written.breach.and_then(|breach| breach::resolved(breach.0)),
         moving_bed: moving_bed::resolved(written.moving_bed.unwrap_or_default()),
         channels: channel::resolved(written.channels.unwrap_or_default()),
+        tracers: tracers::resolved(written.tracers.unwrap_or_default()),
         outputs: outputs::resolved(written.outputs, &name, file, resolution.value, end_time),
         resolution,
         levels,
@@ -318,6 +329,7 @@ impl Scenario {
             .with_some("breach", self.breach.as_ref().map(breach::written))
             .with_list("moving_bed", self.moving_bed.iter().map(moving_bed::written).collect())
             .with_list("channels", self.channels.iter().map(channel::written).collect())
+            .with_list("tracers", self.tracers.iter().map(|tracer| tracers::written(tracer, self)).collect())
             .and(run(self));
         format!("# The scenario with every default filled in; running it gives the same run.\n{}", section.text())
     }

@@ -3,10 +3,10 @@
 use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
 use crate::scenario::methods::{Core, Motion};
-use crate::solver::FlowProblem;
+use crate::solver::{FlowProblem, Tracer};
 use crate::validation::case::{AcceptanceLimit, Case, Scope, Setup, Suite, Until};
 use crate::validation::exact::Bowl;
-use crate::validation::outcome::{Check, Snapshot};
+use crate::validation::outcome::{Check, Sample, Snapshot};
 use crate::validation::scene::{jittered_lattice, problem, seeds_at};
 
 /// Half of the edge of the square (m).
@@ -58,7 +58,69 @@ pub const CASES: &[Case] = &[
         ],
         setup: |spacing, core| Ok(axisymmetric(spacing, core, 1.0)),
     },
+    Case {
+        name: "tracer_bowl",
+        suite: Suite::Analytic,
+        about: "A bell of marked water (0.4 m) in Thacker's planar oscillation, after three periods back where it was, at a/10 to a/40.",
+        is_tuned: false,
+        spacings: SPACINGS,
+        tested: 2,
+        acceptance_limits: &[AcceptanceLimit { checks: true, ..AcceptanceLimit::NONE }],
+        setup: |spacing, core| match core {
+            Core::Variational => Err("its particles carry no tracers".to_owned()),
+            Core::Eulerian | Core::Lagrangian => Ok(marked(spacing, core, 3.0)),
+        },
+    },
 ];
+
+/// Radius (m) of the marked water.
+const BELL: f64 = 0.4;
+/// How far the amount may be off, relatively: rounding of some thousand steps.
+const AMOUNT: f64 = 1e-12;
+
+/// The concentration at the start: 1 in the middle of the water, 0 from [`BELL`] on.
+fn bell(place: Vec2) -> f64 {
+    let distance = (place - BOWL.centre - Vec2::new(OFFSET, 0.0)).norm() / BELL;
+    if distance < 1.0 { 0.5 * (1.0 + (std::f64::consts::PI * distance).cos()) } else { 0.0 }
+}
+
+/// The planar oscillation with marked water in its middle: the water moves as a whole, so that the mark goes with it and comes back.
+fn marked(spacing: f64, core: Core, periods: f64) -> Setup {
+    let mut setup = planar(spacing, core, periods);
+    let lattice = &setup.problem.bed.lattice;
+    let initial = (0..lattice.len()).map(|cell| bell(lattice.centre(cell))).collect();
+    setup.problem.forcing.tracers = vec![Tracer { initial, ..Tracer::default() }];
+    setup.checks = Some(Box::new(|start, end| vec![mixing(start, end), amount(end)]));
+    setup
+}
+
+/// What is left of the peak and of the variance, and the mean error by volume: what was mixed on the way.
+fn mixing(start: &Snapshot, end: &Snapshot) -> Check {
+    let peak =
+        |of: &Snapshot| of.samples.iter().filter(|s| s.volume > 0.0).map(|s| s.concentration).fold(0.0, f64::max);
+    let variance = |of: &Snapshot| {
+        let mean = of.samples.iter().map(|s| s.volume * s.concentration).sum::<f64>() / of.volume();
+        of.samples.iter().map(|s| s.volume * (s.concentration - mean).powi(2)).sum::<f64>()
+    };
+    let error = |s: &Sample| s.volume * (s.concentration - bell(s.place)).abs();
+    let least = end.samples.iter().filter(|s| s.volume > 0.0).map(|s| s.concentration).fold(0.0, f64::min);
+    Check {
+        found: format!(
+            "of the mark {:.3} of the peak and {:.3} of the variance left, mean error {:.2e}",
+            peak(end) / peak(start),
+            variance(end) / variance(start),
+            end.samples.iter().map(error).sum::<f64>() / end.volume()
+        ),
+        // No concentration leaves the bounds of its sources.
+        is_met: peak(end) <= peak(start) && least >= 0.0,
+    }
+}
+
+/// Whether the amount of the mark is kept.
+fn amount(end: &Snapshot) -> Check {
+    let error = end.tracers.iter().map(|tracer| tracer.relative_error().abs()).fold(0.0, f64::max);
+    Check { found: format!("amount off by {error:.1e}"), is_met: error <= AMOUNT }
+}
 
 /// The planar oscillation after so many periods.
 pub fn planar(spacing: f64, core: Core, periods: f64) -> Setup {

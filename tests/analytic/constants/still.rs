@@ -164,6 +164,7 @@ fn gauges(constants: &Constants) -> f64 {
         gauges_every: 1.0,
         sections: vec![],
         closed_edge: vec![],
+        tracers: vec![],
     };
     let level = |place: Vec2| 5.0 + (0.4 * std::f64::consts::PI * place.x).sin();
     let depth = (0..lattice.len()).map(|cell| level(lattice.centre(cell))).collect();

@@ -121,6 +121,17 @@ impl ConformingFaces {
         self.cells.iter().map(|cell| cell.place)
     }
 
+    /// Of each cell its place, what leaves it over each of its faces (m³/s) with the place beyond, and the sides that have none of these faces.
+    pub fn exchanges(&self) -> impl Iterator<Item = (Place, impl Iterator<Item = (Option<Place>, f64)>, &[usize])> {
+        self.cells.iter().map(|cell| {
+            let over = |&(face, which): &(usize, usize)| {
+                let leaving = if which == 0 { self.discharge(face) } else { -self.discharge(face) };
+                (self.faces[face].sides[1 - which].map(|side| self.cells[side.cell].place), leaving)
+            };
+            (cell.place, cell.faces.iter().map(over), &cell.others[..])
+        })
+    }
+
     fn number(&self, place: Place) -> Option<usize> {
         self.cells.binary_search_by_key(&place, |cell| cell.place).ok()
     }

@@ -5,9 +5,11 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::Scale;
+use super::concentrations::Given;
 use super::moving_cells::MovingCells;
 use super::spans::ActiveSet;
 use super::state::State;
+use super::tracers::mix_rain;
 use crate::boundary::{LineSource, PointSource, Rain, Series};
 use crate::solver::{FlowProblem, Passage, Way};
 
@@ -18,6 +20,15 @@ struct Spring {
     cells: Vec<((usize, usize), f64)>,
     /// Volume (m³) that came.
     booked: f64,
+}
+
+/// What gives the concentration of the water of a source.
+fn given(way: Way) -> Given {
+    match way {
+        Way::LineSource(which) => Given::LineSource(which),
+        Way::Source(which) => Given::Source(which),
+        _ => Given::Rain,
+    }
 }
 
 /// All sources and the rain of a problem.
@@ -92,11 +103,14 @@ impl Inputs {
     pub fn add(&mut self, state: &mut State, active: &ActiveSet, from: f64, to: f64) -> f64 {
         let at_hand = active.at_hand();
         let mut volume = 0.0;
-        for Spring { discharge, cells, booked, .. } in &mut self.springs {
+        for Spring { way, discharge, cells, booked } in &mut self.springs {
             let came = discharge.integral(from, to).max(0.0);
             for ((row, column), share) in cells.iter().filter(|((row, _), _)| at_hand.contains(row)) {
                 let area = state.spacing[*row] * state.spacing[*row];
-                state.water[*row].depth[*column] += came * share / area * state.ground[*row].per_area[*column];
+                let (before, added) =
+                    (state.water[*row].depth[*column], came * share / area * state.ground[*row].per_area[*column]);
+                state.water[*row].depth[*column] += added;
+                state.tracers.pour((*row, *column), given(*way), [before, added], state.area((*row, *column)));
                 volume += came * share;
                 *booked += came * share;
             }
@@ -109,6 +123,7 @@ impl Inputs {
                 falling.for_each(|(place, depth)| *depth = frames.depth(place, from, to));
             }
             let falling = &self.falling;
+            state.tracers.before_rain(&state.water);
             let (ground, spacing) = (&state.ground, &state.spacing);
             let rows = active.rows_of(&mut state.water).map(|(row, water)| {
                 let mut fallen = 0.0;
@@ -126,6 +141,7 @@ impl Inputs {
             });
             // Row by row, so that the threads do not matter.
             let fallen: Vec<f64> = rows.collect();
+            mix_rain(state);
             let fallen = fallen.iter().sum::<f64>();
             volume += fallen;
             self.rained += fallen;

@@ -22,6 +22,7 @@
 mod apertures;
 mod breach;
 mod cells_in_part;
+mod concentrations;
 mod conforming;
 mod discharges;
 mod faces;
@@ -42,8 +43,10 @@ mod sections;
 mod setup;
 mod spans;
 mod stairs;
+mod start;
 mod state;
 mod stepping;
+mod tracers;
 mod update;
 mod walls;
 
@@ -55,11 +58,10 @@ mod thin_water_tests;
 use super::phases::Phases;
 use super::{
     BedBalance, ChannelSample, DischargeCheck, FlowProblem, FlowSolver, Ledger, Passage, SectionFlow, StepChoice,
-    StepLimit, Way,
+    StepLimit, TracerLedger, Way,
 };
 use crate::failure::{FailurePlace, NumericalFailure};
 use crate::lattice::WaterOnLattice;
-use crate::math::Vec2;
 use crate::methods::{Core, Method};
 use breach::Breaking;
 use cells_in_part::CellsInPart;
@@ -167,6 +169,7 @@ impl EulerianSolver {
         let conforming = ConformingFaces::new(&problem, &mut state, (&walls, &passes));
         let in_part = CellsInPart::new(&problem, &state);
         let open = OpenBoundaries::new(&problem, &state, (&walls, &in_part), methods.constants.edge_about);
+        tracers::set(&problem, &mut state, (&walls, &open, &conforming));
         let reaches = Reaches::new(&problem, &mut state, &walls);
         let mut inputs = Inputs::new(&problem, &state);
         let sections = Sections::new(&problem, &state, (&general, &conforming));
@@ -208,26 +211,8 @@ impl EulerianSolver {
             left_over_edges: 0.0,
             phases: Phases::default(),
         };
-        solver.initial_volume = solver.volume();
-        solver.hand_out_bed();
-        solver.evaluate_primitive();
+        solver.begin();
         solver
-    }
-
-    /// Gives the water a velocity (m/s) at the start, by place (local coordinates).
-    pub fn set_velocity(&mut self, velocity: impl Fn(Vec2) -> Vec2) {
-        for (row, water) in self.state.water.iter_mut().enumerate() {
-            for column in (0..water.depth.len()).filter(|&column| water.depth[column] > self.scale.dry_depth) {
-                let place = self.lattice.centre(self.lattice.index(column - 1, row - 1));
-                let discharge = velocity(place) * water.depth[column];
-                (water.discharge_x[column], water.discharge_y[column]) = (discharge.x, discharge.y);
-            }
-        }
-        if let Some(moving) = &mut self.moving {
-            moving.set_velocity(velocity, &self.scale);
-            moving.show(&mut self.state);
-        }
-        self.evaluate_primitive();
     }
 
     /// Velocities and the greatest signal speed of the current state.
@@ -327,6 +312,10 @@ impl FlowSolver for EulerianSolver {
 
     fn ledger(&self) -> Ledger {
         Ledger { initial: self.initial_volume, inflow: self.inflow, outflow: self.outflow, stored: self.volume() }
+    }
+
+    fn tracers(&self) -> Vec<TracerLedger> {
+        self.tracer_ledgers()
     }
 
     fn sections(&self) -> &[SectionFlow] {

@@ -29,7 +29,7 @@ use std::ops::Range;
 use super::cells_in_part::CellsInPart;
 use super::faces::{EAST, NORTH, turned_by};
 use super::stairs;
-use super::state::{State, datum};
+use super::state::{Slot, State, datum};
 use super::walls::Walls;
 use super::{EulerianMethods, Scale};
 use crate::boundary::Condition;
@@ -131,6 +131,13 @@ impl OpenBoundaries {
     /// The cells (row, column) of all lines.
     pub fn cells(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         self.lines.iter().flat_map(|line| line.faces.iter().map(|face| face.cell))
+    }
+
+    /// The faces, each with the number of its boundary.
+    pub fn slots(&self) -> impl Iterator<Item = (Slot, usize)> + '_ {
+        let slot = |face: &Face| Slot { row: face.owner.0, direction: face.direction, column: face.owner.1 };
+        let lines = self.lines.iter().enumerate();
+        lines.flat_map(move |(line, own)| own.faces.iter().map(move |face| (slot(face), line)))
     }
 
     /// The cells (row, column) to which water may come by a boundary while they are dry.

@@ -8,6 +8,7 @@
 
 use rayon::prelude::*;
 
+use super::concentrations::Tracers;
 use super::rows::find_steps;
 pub(crate) use super::rows::{
     FaceRow, Fastest, FluxRow, GradientRow, GroundRow, PrimitiveRow, Slot, WaterRow, sides, step_of_bed,
@@ -29,6 +30,7 @@ pub(crate) struct State {
     pub primitive: Vec<PrimitiveRow>,
     pub gradient: Vec<GradientRow>,
     pub flux: Vec<FluxRow>,
+    pub tracers: Tracers,
 }
 
 impl State {
@@ -71,6 +73,7 @@ impl State {
             ground,
             water,
             lattice,
+            tracers: Tracers::default(),
         }
     }
 
@@ -280,6 +283,10 @@ impl WaterRows for State {
             discharge_x: &discharge_x[inside.clone()],
             discharge_y: &discharge_y[inside],
         }
+    }
+
+    fn concentration(&self, tracer: usize, row: usize) -> &[f64] {
+        &self.tracers.seen(tracer, row + 1)[1..self.columns(row + 1) + 1]
     }
 }
 

@@ -187,6 +187,7 @@ impl EulerianSolver {
     pub(super) fn step(&mut self, time_step: f64) {
         self.step_levels(self.lattice.level_count(), (self.time, 0.0), (time_step, time_step));
         self.sections.close(time_step);
+        self.decay_tracers(time_step);
         if self.steps == 0 && self.methods.sleeps {
             self.let_sleep();
         }
@@ -340,10 +341,12 @@ impl EulerianSolver {
         self.phases.end("faces");
         let special = (&mut self.general, &mut self.conforming, &mut self.moving);
         outflow::limit(state, (active, levels), special, stage, (time_step, of_coarser));
+        self.find_tracer_slopes(stage, time_step);
         if let Some(moving) = &mut self.moving {
-            moving.update(state, scale, stage, time_step);
+            moving.update(&self.state, &self.scale, stage, time_step);
         }
-        update::apply(state, active, scale, stage, time_step);
+        self.carry_tracers(stage, time_step);
+        update::apply(&mut self.state, &self.active, &self.scale, stage, time_step);
         self.general.book(levels, time_step);
         self.book(stage, levels, time_step);
         self.phases.end("update");

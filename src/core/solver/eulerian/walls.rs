@@ -15,7 +15,7 @@ use super::apertures::{Aperture, apertures};
 use super::faces::{EAST, NORTH, through_face, turned_by};
 use super::spans::ActiveSet;
 use super::stairs::{self, is_stair};
-use super::state::{GradientRow, GroundRow, PrimitiveRow, State};
+use super::state::{GradientRow, GroundRow, PrimitiveRow, Slot, State};
 use super::{EulerianMethods, Scale};
 use crate::bed::SHUT;
 use crate::constants::EulerianConstants;
@@ -176,6 +176,12 @@ impl Walls {
         let cells = self.cells.iter().enumerate();
         let beside = cells.flat_map(|(row, cells)| cells.iter().map(move |cell| (row, cell.column)));
         beside.chain(self.owners()).collect()
+    }
+
+    /// The open faces: their row, direction and column.
+    pub fn open_faces(&self) -> impl Iterator<Item = Slot> + '_ {
+        let rows = self.open.iter().enumerate();
+        rows.flat_map(|(row, faces)| faces.iter().map(move |&(column, direction)| Slot { row, direction, column }))
     }
 
     /// Whether water may leave by an edge without a condition.

@@ -249,3 +249,30 @@ fn a_channel_with_a_crest_converges_at_any_angle() {
         assert!(order(0) >= 1.5 && order(1) >= 1.5, "{degrees}: {errors:?}");
     }
 }
+
+#[test]
+#[expect(clippy::float_cmp, reason = "a uniform concentration stays what it is to the last bit")]
+fn tracers_pass_cells_that_follow_lines() {
+    let lattice = following((40, 40), 5.0, &scene());
+    let bed = |place: Vec2| 0.01 * (200.0 - place.x) + 0.3 * random(place);
+    let mut problem = still(lattice, bed, |place: Vec2| if place.x < 90.0 { 4.0 } else { 1.2 });
+    let initial = (0..1600).map(|i| if (i / 40 + i / 3) % 2 == 0 { 4.0 } else { 1.0 }).collect();
+    let third = crate::solver::Tracer { initial: vec![1.0 / 3.0; 1600], ..Default::default() };
+    problem.forcing.tracers = vec![crate::solver::Tracer { initial, ..Default::default() }, third];
+    let count = problem.bed.lattice.conforming().map_or(0, |made| made.cells().len());
+    let mut solver = EulerianSolver::new(problem);
+    run_steps(&mut solver, 150);
+    assert!(count > 30, "{count} cells");
+    for ledger in solver.tracers() {
+        assert!(ledger.relative_error().abs() < 1e-12, "{ledger:?}");
+    }
+    let water = solver.water();
+    for row in 0..water.lattice.all_rows() {
+        let (depth, checked, uniform) =
+            (water.rows.row(row).depth, water.rows.concentration(0, row), water.rows.concentration(1, row));
+        for column in (0..depth.len()).filter(|&column| depth[column] > 0.0) {
+            assert!((1.0..=4.0).contains(&checked[column]), "{row} {column}: {}", checked[column]);
+            assert!(uniform[column] == 1.0 / 3.0, "{row} {column}: {}", uniform[column]);
+        }
+    }
+}

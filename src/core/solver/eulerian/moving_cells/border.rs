@@ -50,6 +50,7 @@ impl MovingCells {
             primitive.velocity_x[column] = seen.u;
             primitive.velocity_y[column] = seen.v;
         }
+        self.show_tracers(state);
     }
 
     /// Looks at the squares beside the pinned cells, as they are for a stage; cells beside their water become active.
@@ -68,6 +69,7 @@ impl MovingCells {
             seen.bed = state.ground[row].bed[column];
             (seen.u, seen.v) = (water.velocity_x[column], water.velocity_y[column]);
         }
+        self.look_at_tracers(state);
         if is_new {
             self.find_active(dry_depth);
             self.partition(false);

@@ -87,6 +87,7 @@ impl MovingCells {
         let count = around.len() as f64;
         for (&b, gained) in around.iter().zip(gained) {
             let share = if all > 0.0 { gained / all } else { 1.0 / count };
+            self.tracers.mix(b, self.held[b as usize].volume, i, own.volume * share);
             let held = &mut self.held[b as usize];
             held.volume += own.volume * share;
             held.momentum += own.momentum * share;
@@ -117,6 +118,7 @@ impl MovingCells {
         self.grow();
         self.counts.splits += 1;
         let mut held = Held { place, ..Held::default() };
+        let mut parts: Vec<(u32, f64)> = Vec::with_capacity(around.len());
         for &b in &around {
             let after = self.mesh.area(b);
             let before = std::mem::replace(&mut self.area[b as usize], after);
@@ -127,8 +129,10 @@ impl MovingCells {
             given.momentum = given.momentum - momentum;
             held.volume += volume;
             held.momentum += momentum;
+            parts.push((b, volume));
         }
         let new = k as usize;
+        self.tracers.join(new, &parts);
         self.slopes[new] = Slopes::default();
         self.cells[new] = Cell::Free;
         self.held[new] = held;

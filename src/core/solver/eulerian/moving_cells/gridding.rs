@@ -9,18 +9,24 @@
 //! Where all δ are 0 it is the share of the area. So what was level is level on the map, a film that is thinner than its fall over the cell is as deep
 //! as in the cell, and volume is that of the cells to rounding.
 
+use std::collections::BTreeMap;
+
 use rayon::prelude::*;
 
 use super::super::rows::WaterRow;
 use super::super::state::State;
+use super::tracers::OfTracer;
 use super::{CHUNK, MovingCells};
 use crate::lattice::{Lattice, Span, WaterInRow, WaterRows};
 use crate::math::Vec2;
 use crate::partition::{area_and_centre, keep_left};
+use crate::physics::tracer::Mixture;
 
 /// The water of all squares, and where it may be.
 pub(super) struct Gridded {
     rows: Vec<WaterRow>,
+    /// Of each tracer its concentration there.
+    concentrations: Vec<Vec<Vec<f64>>>,
     /// The squares of each row that water of moving cells is on now, by column.
     touched: Vec<Vec<u32>>,
     /// Where squares that rest were looked at last.
@@ -33,6 +39,8 @@ pub(super) struct Gridded {
 /// What a part of a cell gives a square.
 #[derive(Clone, Copy, Debug)]
 struct Part {
+    /// The cell.
+    of: u32,
     row: u32,
     column: u32,
     volume: f64,
@@ -43,7 +51,9 @@ impl Gridded {
     pub fn new(state: &State) -> Self {
         let rows = (1..=state.rows).map(|row| WaterRow::dry(state.columns(row))).collect();
         let touched = vec![Vec::new(); state.rows];
-        Gridded { rows, touched, in_rows: Vec::new(), spans: Vec::new(), drawn_at: None }
+        let concentration = (1..=state.rows).map(|row| vec![0.0; state.columns(row)]).collect();
+        let concentrations = vec![concentration; state.tracers.len()];
+        Gridded { rows, concentrations, touched, in_rows: Vec::new(), spans: Vec::new(), drawn_at: None }
     }
 
     /// Takes the films of the squares that rest, which lie outside the spans.
@@ -60,6 +70,10 @@ impl WaterRows for Gridded {
     fn row(&self, row: usize) -> WaterInRow<'_> {
         let WaterRow { depth, discharge_x, discharge_y } = &self.rows[row];
         WaterInRow { depth, discharge_x, discharge_y }
+    }
+
+    fn concentration(&self, tracer: usize, row: usize) -> &[f64] {
+        &self.concentrations[tracer][row]
     }
 }
 
@@ -81,7 +95,7 @@ impl MovingCells {
                 parts
             })
             .collect();
-        let Gridded { rows, touched, in_rows, spans: all, .. } = &mut self.gridded;
+        let Gridded { rows, concentrations, touched, in_rows, spans: all, .. } = &mut self.gridded;
         let region = &self.region;
         let is_in_rows = |row: usize, column: usize| !region.holds((row + 1, column + 1));
         // What was looked at before is looked at once more, dry.
@@ -89,18 +103,16 @@ impl MovingCells {
         for (row, columns) in looked.iter().enumerate() {
             for &column in columns {
                 rows[row].clear(column as usize);
+                concentrations.iter_mut().for_each(|all| all[row][column as usize] = 0.0);
             }
         }
         put(&parts, per_square, (rows, touched));
+        put_tracers(&parts, &self.tracers.each, concentrations);
         // Squares that have run dry since the last record, too.
-        for span in in_rows.iter().chain(spans) {
-            let (row, water) = (&mut rows[span.row as usize], &state.water[span.row as usize + 1]);
-            for column in (span.from as usize..span.to as usize).filter(|&column| is_in_rows(span.row as usize, column))
-            {
-                row.depth[column] = water.depth[column + 1];
-                row.discharge_x[column] = water.discharge_x[column + 1];
-                row.discharge_y[column] = water.discharge_y[column + 1];
-            }
+        for &span in in_rows.iter().chain(spans) {
+            let columns =
+                (span.from as usize..span.to as usize).filter(|&column| is_in_rows(span.row as usize, column));
+            take_squares(state, span.row as usize, columns, (rows, concentrations));
         }
         all.clear();
         let (mut before, mut of_rows) = (in_rows.iter().peekable(), spans.iter().peekable());
@@ -144,7 +156,7 @@ impl MovingCells {
             let aside = part.offset - middle;
             let faster = if water > 0.0 { Vec2::new(u.dot(aside), v.dot(aside)) } else { Vec2::ZERO };
             let momentum = held.momentum * share(part) + faster * volume;
-            out.push(Part { row: part.row, column: part.column, volume, momentum });
+            out.push(Part { of: i, row: part.row, column: part.column, volume, momentum });
         }
     }
 
@@ -218,6 +230,38 @@ fn put(parts: &[Vec<Part>], per_square: f64, (rows, touched): (&mut [WaterRow], 
         row.discharge_x[column] += part.momentum.x * per_square;
         row.discharge_y[column] += part.momentum.y * per_square;
         touched[part.row as usize].push(part.column);
+    }
+}
+
+/// Takes squares of a row that rest from the rows of the lattice.
+fn take_squares(
+    state: &State,
+    row: usize,
+    columns: impl Iterator<Item = usize>,
+    (rows, concentrations): (&mut [WaterRow], &mut [Vec<Vec<f64>>]),
+) {
+    let (own, water) = (&mut rows[row], &state.water[row + 1]);
+    for column in columns {
+        own.depth[column] = water.depth[column + 1];
+        own.discharge_x[column] = water.discharge_x[column + 1];
+        own.discharge_y[column] = water.discharge_y[column + 1];
+        for (which, all) in concentrations.iter_mut().enumerate() {
+            all[row][column] = state.tracers.seen(which, row + 1)[column + 1];
+        }
+    }
+}
+
+/// Puts the concentrations of parts of cells on their squares: their mean by volume.
+fn put_tracers(parts: &[Vec<Part>], tracers: &[OfTracer], concentrations: &mut [Vec<Vec<f64>>]) {
+    for (tracer, all) in tracers.iter().zip(concentrations) {
+        let mut mixtures: BTreeMap<(u32, u32), Mixture> = BTreeMap::new();
+        for part in parts.iter().flatten() {
+            let mixture = mixtures.entry((part.row, part.column)).or_insert(Mixture::NOTHING);
+            *mixture = mixture.with(part.volume, tracer.seen[part.of as usize]);
+        }
+        for ((row, column), mixture) in mixtures {
+            all[row as usize][column as usize] = mixture.concentration_or(0.0);
+        }
     }
 }
 

@@ -30,6 +30,7 @@ mod motion;
 mod region;
 #[cfg(test)]
 mod tests;
+mod tracers;
 mod update;
 
 use std::collections::BTreeSet;
@@ -127,6 +128,7 @@ pub(crate) struct MovingCells {
     links: Vec<Vec<u32>>,
     passing: Vec<Vec<Passing>>,
     gridded: Gridded,
+    tracers: tracers::OfAll,
     pace: Pace,
     /// Whether the partition is lost: two cells came to one place. The watch ends the run then.
     is_lost: bool,
@@ -229,6 +231,7 @@ impl MovingCells {
             chunks: Vec::new(),
             links: Vec::new(),
             passing: Vec::new(),
+            tracers: tracers::OfAll::default(),
             pace: Pace::default(),
             is_lost: false,
             counts: Counts::default(),
@@ -257,6 +260,7 @@ impl MovingCells {
             }
         }
         self.next.clone_from(&self.held);
+        self.take_tracers(&state.tracers, squares.iter().map(|&(place, _)| place));
         let region = &self.region;
         self.gridded.take_films(state, |row, column| !region.holds((row + 1, column + 1)));
         self.see(scale.dry_depth);
@@ -291,6 +295,7 @@ impl MovingCells {
         self.is_stale.resize(chunks, true);
         self.links.resize_with(chunks, Vec::new);
         self.passing.resize_with(chunks, Vec::new);
+        self.tracers.grow(count);
     }
 
     /// Depth and velocity of the active cells from what they hold.

@@ -102,6 +102,7 @@ impl MovingCells {
         }
         let half = 0.5 * time_step;
         self.wake_beside_films(state);
+        self.carry(state, (stage, time_step), scale.dry_depth);
         let this = &*self;
         let taken = |&i: &u32| {
             let i = i as usize;
@@ -228,6 +229,7 @@ impl MovingCells {
             }
             let Some(cell) = self.ground.lattice().cell_at(self.mesh.place(i as u32)) else { continue };
             let volume = depth(cell) * self.area[i];
+            self.tracers.rain(i, self.held[i].volume, volume);
             self.held[i].volume += volume;
             fallen += volume;
             if !self.is_active[i] && volume > 0.0 {
