@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use tempfile::TempDir;
 
-use crate::{Netcdf, assert_check, changed, feature, run_scene};
+use crate::{Netcdf, assert_check, changed, feature, floodsim, run_scene};
 
 /// A channel of 240 m by 80 m on a slope of 2 %, with a square of marked water and an inflow of another tracer.
 const SCENARIO: &str = "\
@@ -213,4 +213,19 @@ fn what_tracers_do_not_go_with_is_refused_with_a_way_out() {
         "channels: [{id: up, length: 100 m, width: 8 m, bed: 10 m, slope: 0.01}]\nresolution: 4 m",
     )]);
     assert_check(channel.folder.path(), 3, &["channels of one dimension carry no tracers"]);
+}
+
+#[test]
+fn plan_advises_cells_that_move_for_marked_water_without_rain_and_check_says_what_they_cost() {
+    let rain = "rain: {rate: 10 mm/h}\nresolution: 4 m";
+    for (change, expected) in [("resolution: 4 m", "lagrangian"), (rain, "eulerian")] {
+        let scene = Scene::with(&[("resolution: 4 m", change)]);
+        let plan = floodsim(scene.folder.path(), &["plan", "s.yaml", "--json"]);
+        let plan: serde_json::Value = serde_json::from_str(&plan.stdout).unwrap();
+        assert_eq!((&plan["motion"]["advised"], &plan["motion"]["chosen"]), (&expected.into(), &"eulerian".into()));
+    }
+    let said = |motion: &str| floodsim(Scene::of(motion).folder.path(), &["check", "s.yaml"]).stdout;
+    let [resting, moving] = MOTIONS.map(said);
+    assert_eq!(resting, "s.yaml: 0 errors, 0 warnings\n");
+    assert!(moving.starts_with("s.yaml: 0 errors, 0 warnings\n`motion: lagrangian` takes 5 to 12 times"), "{moving}");
 }
