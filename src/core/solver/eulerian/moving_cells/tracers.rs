@@ -170,7 +170,7 @@ impl MovingCells {
             (leaving, there)
         });
         let spacing = self.ground.lattice().spacing;
-        let over_sides = self.sides(i).map(move |(slot, sign)| {
+        let over_sides = self.sides(i).iter().map(move |&(slot, sign)| {
             let leaving = time_step * spacing * Self::over_side(state, (slot, sign)).0;
             let owner = (slot.row, slot.column);
             let fixed = if sign > 0.0 { super::super::rows::other(owner, slot.direction) } else { owner };
