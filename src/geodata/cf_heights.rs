@@ -4,11 +4,27 @@
 use netcdf::types::{FloatType, NcVariableType};
 
 use super::cf_axes::text_of;
-use super::cf_valid::{marks_in, numbers_of};
+use super::cf_valid::{Bounds, bounds_of, marks_in, numbers_of};
 use crate::error::{Problem, input_error};
 
+/// What a file says of the values of a variable.
+#[derive(Debug, Default)]
+pub struct Said {
+    /// The bounds of valid ones.
+    pub bounds: Option<Bounds>,
+    /// The numbers that stand for no data.
+    pub marks: Vec<f64>,
+    /// What says that they count downwards.
+    pub downward: Option<String>,
+}
+
+/// All of that; `is_unsigned`: its numbers are read as whole ones from 0.
+pub fn said_of(variable: &netcdf::Variable, is_unsigned: bool) -> Said {
+    Said { bounds: bounds_of(variable, is_unsigned), marks: marks_of(variable), downward: downward(variable) }
+}
+
 /// The attribute that says that a variable counts downwards, as the user finds it in the file; none where it does not.
-pub fn downward(variable: &netcdf::Variable) -> Option<String> {
+fn downward(variable: &netcdf::Variable) -> Option<String> {
     let text = |name| text_of(variable, name).unwrap_or_default().trim().to_lowercase();
     match (text("positive").as_str(), text("standard_name")) {
         ("down", _) => Some("positive = down".to_owned()),
@@ -19,7 +35,7 @@ pub fn downward(variable: &netcdf::Variable) -> Option<String> {
 }
 
 /// The numbers, as the file stores them, that stand for no data: all of `_FillValue` and `missing_value`, written as numbers or as text.
-pub fn marks_of(variable: &netcdf::Variable) -> Vec<f64> {
+fn marks_of(variable: &netcdf::Variable) -> Vec<f64> {
     let of_text = |name| text_of(variable, name).and_then(|text| text.trim().parse().ok());
     let of = |name| marks_in(variable, name).into_iter().chain(of_text(name));
     let is_single = matches!(variable.vartype(), NcVariableType::Float(FloatType::F32));

@@ -17,8 +17,7 @@ use gdal::{Dataset, DatasetOptions, GdalOpenFlags, GeoTransform, Metadata};
 use super::Raster;
 use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::cf_axes::{self, gdal_name, raster_variables, split_variable};
-use crate::geodata::cf_heights::{check_spacing, downward, marks_of};
-use crate::geodata::cf_valid::{Bounds, bounds_of};
+use crate::geodata::cf_heights::{Said, check_spacing, said_of};
 use crate::geodata::{
     Crs, CrsProblem, capture, describe, is_metric, readable_file, same_horizontal, spatial_ref, suggested_utm,
     transform,
@@ -73,17 +72,6 @@ pub struct RasterFile {
     pub warnings: Vec<Problem>,
 }
 
-/// What a NetCDF file says of the values of a variable.
-#[derive(Debug, Default)]
-struct Said {
-    /// The bounds of valid ones.
-    bounds: Option<Bounds>,
-    /// The numbers that stand for no data.
-    marks: Vec<f64>,
-    /// What says that they count downwards.
-    downward: Option<String>,
-}
-
 fn is_netcdf(dataset: &Dataset) -> bool {
     dataset.driver().short_name() == "netCDF"
 }
@@ -125,8 +113,7 @@ fn look_at_variable(path: &Path, dataset: &Dataset, crs: Option<&SpatialRef>) ->
     cf_axes::check_axis_units(&file, &variable, &name, crs)?;
     check_spacing(&file, &variable, &name)?;
     let is_unsigned = matches!(band.band_type(), GdalDataType::UInt8 | GdalDataType::UInt16 | GdalDataType::UInt32);
-    let bounds = bounds_of(&variable, is_unsigned);
-    Ok(Said { bounds, marks: marks_of(&variable), downward: downward(&variable) })
+    Ok(said_of(&variable, is_unsigned))
 }
 
 /// Joins GDAL's messages to the cause of a problem.

@@ -151,6 +151,7 @@ impl RasterFile {
         let Some(Undeclared { value, count, first, is_of_ground }) = found else { return };
         let name = request.path.display();
         let (column, row) = extract.in_file(*first);
+        let value = if value.abs() < 1e6 { value.to_string() } else { format!("{value:e}") };
         let message =
             format!("{count} cells of {name} have the value {value}, and all that lies beside them is far from it");
         let cause = if *is_of_ground {
