@@ -71,7 +71,7 @@ pub fn check_spacing(file: &netcdf::File, variable: &netcdf::Variable, name: &st
         let Some(first) = (0..=last).find(is_off) else { continue };
         // Where the step changes is what the user looks for.
         let usual = places[1] - places[0];
-        let at = (1..=last).find(|&k| ((places[k] - places[k - 1]) / usual - 1.0).abs() > EVEN).unwrap_or(first);
+        let at = (1..=last).find(|&k| ((places[k] - places[k - 1]) / usual - 1.0).abs() > EVEN).unwrap_or(first.max(1));
         let message = format!(
             "the axis `{axis}` of {name} is not evenly spaced: its places {at} and {} are {} and {}, the first two {} apart",
             at + 1,

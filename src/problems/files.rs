@@ -31,14 +31,14 @@ pub(super) const GROUP: Group = Group {
             "Give the coordinate variables the attribute `axis` with `ncatted`.",
         ),
         error(
-            "axis-unit",
-            "An axis of a NetCDF file has another unit than its reference system. Its places would be wrong.",
-            "Bring the axes to the unit of the reference system, or correct their attribute `units`.",
-        ),
-        error(
             "axis-uneven",
             "The places along an axis of a NetCDF file are not evenly spaced. Terrain would come to lie elsewhere.",
             "Fill the missing rows or columns with no data, or resample the file to even places.",
+        ),
+        error(
+            "axis-unit",
+            "An axis of a NetCDF file has another unit than its reference system. Its places would be wrong.",
+            "Bring the axes to the unit of the reference system, or correct their attribute `units`.",
         ),
         warning(
             "crs-set-aside",

@@ -166,7 +166,7 @@ fn values_that_are_no_numbers_are_counted_and_located() {
 #[test]
 fn doubtful_elevations_and_several_bands_are_warned_of() {
     let tiff = Tiff { bands: 2, ..Tiff::default() };
-    let scene = with_terrain(&tiff, |c, r| if (c, r) == (1, 1) { -9999.0 } else { basin_elevation(centre_of(c, r)) });
+    let scene = with_terrain(&tiff, |c, r| if (c, r) == (1, 1) { -800.0 } else { basin_elevation(centre_of(c, r)) });
     let prepared = prepare(&scene.scenario);
     assert_eq!(codes(&prepared), ["several-bands", "doubtful-elevation"]);
     assert!(!prepared.has_errors());

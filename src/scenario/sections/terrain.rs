@@ -227,13 +227,12 @@ section! {
 pub(super) fn written(scenario: &Scenario) -> Section {
     let layers = scenario.layers.iter().map(|layer| match &layer.value {
         TerrainLayer::Raster { path, offset, unit, clip, mode } => {
-            let unit = unit.unwrap_or(1.0);
-            let unit = name_of(|candidate: &ElevationUnit| candidate.0.to_bits() == unit.to_bits());
+            let name = |unit: f64| name_of(|candidate: &ElevationUnit| candidate.0.to_bits() == unit.to_bits());
             Yaml::Entry(
                 Section::default()
                     .with("raster", file(path))
                     .with("offset", quantity(*offset, "m"))
-                    .with("unit", unit)
+                    .with_some("unit", unit.map(name))
                     .with_some("clip", clip.as_ref().map(vector))
                     .with("mode", name_of(|candidate: &LayerMode| candidate == mode)),
             )

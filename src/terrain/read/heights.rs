@@ -3,6 +3,8 @@
 use std::ops::RangeInclusive;
 use std::path::Path;
 
+use gdal::spatial_ref::SpatialRef;
+
 use super::{BEYOND_BOUNDS, RasterFile, RasterRequest, UNDECLARED};
 use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::cf_axes::metres_of;
@@ -52,7 +54,9 @@ impl RasterFile {
 
     /// Refuses heights of which neither the file nor the scenario says the unit, where the places count in feet.
     fn ask_for_unit(&self, path: &Path) -> Result<(), Problem> {
-        let feet = self.crs.as_ref().filter(|crs| crs.is_projected() && (crs.linear_units() - 1.0).abs() > 0.1);
+        // Both feet, and no other unit of maps.
+        let is_foot = |crs: &&SpatialRef| crs.is_projected() && (crs.linear_units() / 0.3048 - 1.0).abs() < 0.01;
+        let feet = self.crs.as_ref().filter(is_foot);
         let Some(crs) = feet else { return Ok(()) };
         let places = crs.linear_units_name().unwrap_or_default();
         let message = format!(
