@@ -1,5 +1,7 @@
 //! Numbers that stand for no data in files which do not say so.
 
+use super::PLAUSIBLE_ELEVATION;
+
 /// Numbers that programs write where there is no data, beside all of more than [`HUGE`] in size.
 const MARKS: [f64; 9] = [-9999.0, -99999.0, -32767.0, -32768.0, -999.0, -99.0, 9999.0, 32767.0, 0.0];
 const HUGE: f64 = 1e6;
@@ -51,9 +53,13 @@ pub(super) fn find(
             *seen = None;
         }
     }
-    // A raster of nothing but one number is no raster with holes.
-    let is_all = |mark: &Undeclared| mark.count == values.len();
-    found.into_iter().filter_map(|(_, mark)| mark).filter(|mark| !is_all(mark)).max_by_key(|mark| mark.count)
+    let found = found.into_iter().filter_map(|(_, mark)| mark).max_by_key(|mark| mark.count)?;
+    // What most cells have may be the ground, with something high on it.
+    if !PLAUSIBLE_ELEVATION.contains(&found.value) {
+        return (found.count < values.len()).then_some(found);
+    }
+    let count = (0..values.len()).filter(|&cell| is_data(cell)).count();
+    (2 * found.count < count).then_some(found)
 }
 
 #[cfg(test)]
@@ -79,5 +85,9 @@ mod tests {
         // Nor is what is declared a mark, or all of a raster.
         assert_eq!(found(&[-1.0, 700.0, 700.0, 700.0], 2), None);
         assert_eq!(found(&[0.0; 4], 2), None);
+        assert_eq!(found(&[-9999.0; 4], 2), None);
+        assert_eq!(found(&[-9999.0, -9999.0, -9999.0, 700.0], 2), Some((-9999.0, 3, 0)));
+        // A tower on a plain at 0.
+        assert_eq!(found(&[0.0, 0.0, 0.0, 0.0, 80.0, 0.0, 0.0, 0.0, 0.0], 3), None);
     }
 }
