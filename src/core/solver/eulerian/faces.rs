@@ -479,11 +479,14 @@ fn pair<F: Flux, const IS_SHARP: bool, const HAS_SILL: bool>(
     let raise = |share: f64, crossing: f64, drop: f64, fall: f64| {
         (1.0 - share * share) * larger(smaller(smaller(crossing, drop), fall), 0.0)
     };
+    // Under cells that move no more than what the bed departs from a plane stands out of the water.
+    let most = |fall: f64, half: Half| if at_rest { fall } else { smaller(fall, half.step - half.d) };
+    let (fall_i, fall_j) = (most(fall, i), most(-fall, j));
     // A pass sill stands above both beds: nothing falls, and nothing mixes through the ridge.
     let (raise_l, raise_r) = if HAS_SILL {
         (0.0, 0.0)
     } else {
-        (raise(share_i, crossing, -a_1, fall), raise(share_j, -crossing, a_2, -fall))
+        (raise(share_i, crossing, -a_1, fall_i), raise(share_j, -crossing, a_2, fall_j))
     };
     let d_l = clamp(eta_l + raise_l - sill, 0.0, d_i);
     let d_r = clamp(eta_r + raise_r - sill, 0.0, d_j);

@@ -28,25 +28,28 @@ impl MovingCells {
         Vec2::new(self.seen[i].u, self.seen[i].v) * self.mobility[i]
     }
 
-    /// Finds κ of the active cells.
+    /// Finds κ and ρ of the active cells.
     fn find_mobility(&mut self, dry_depth: f64) {
-        let MovingCells { mobility, chunks, cells, seen, area, is_active, .. } = self;
+        let MovingCells { mobility, rough, chunks, cells, seen, area, is_active, .. } = self;
         let (chunks, cells, seen, area, is_active) = (&*chunks, &*cells, &*seen, &*area, &*is_active);
-        mobility.par_chunks_mut(CHUNK).zip(chunks).enumerate().for_each(|(number, (mobility, chunk))| {
-            for (k, mobility) in mobility.iter_mut().enumerate() {
+        let both = mobility.par_chunks_mut(CHUNK).zip(rough.par_chunks_mut(CHUNK)).zip(chunks);
+        both.enumerate().for_each(|(number, ((mobility, rough), chunk))| {
+            for (k, (mobility, rough)) in mobility.iter_mut().zip(rough).enumerate() {
                 let i = number * CHUNK + k;
                 let here = seen[i];
                 *mobility = 0.0;
-                if !is_active[i] || cells[i] != Cell::Free || here.depth <= dry_depth {
+                if !is_active[i] {
                     continue;
                 }
                 let rise = |way: &Way| seen[way.to as usize].bed - here.bed;
                 let slope = chunk.ways(k).iter().map(|way| way.weight() * rise(way)).fold(Vec2::ZERO, |a, b| a + b);
                 let slope = slope * (1.0 / area[i]);
                 let beside = |way: &Way| (rise(way) - slope.dot(way.normal) * way.distance).abs();
-                let rough = chunk.ways(k).iter().map(beside).fold(0.0, f64::max);
-                let plane = here.depth.max(slope.norm() * area[i].sqrt());
-                *mobility = (1.0 - rough / plane).max(0.0);
+                *rough = chunk.ways(k).iter().map(beside).fold(0.0, f64::max);
+                if cells[i] == Cell::Free && here.depth > dry_depth {
+                    let plane = here.depth.max(slope.norm() * area[i].sqrt());
+                    *mobility = (1.0 - *rough / plane).max(0.0);
+                }
             }
         });
     }
