@@ -6,7 +6,7 @@ use super::Findings;
 use crate::error::Problem;
 use crate::geodata::Crs;
 use crate::scenario::{Reading, Scenario, Sourced};
-use crate::terrain::{Placing, Raster, RasterFile, RasterRequest, UNDECLARED};
+use crate::terrain::{Placing, Raster, RasterFile, RasterRequest};
 
 /// What must hold of a file before its values are read.
 type Check<'a> = &'a dyn Fn(&RasterFile) -> Result<(), Problem>;
@@ -48,9 +48,7 @@ fn values(
 ) -> Option<(Raster, Vec<Problem>)> {
     let opened = findings.take(file, RasterFile::open(&file.value))?;
     findings.take(file, check(&opened))?;
-    let (raster, mut warnings) = findings.take(file, opened.read(&request(&file.value, scenario), crs?))?;
-    warnings.retain(|warning| warning.code != UNDECLARED);
-    Some((raster, warnings))
+    findings.take(file, opened.read(&request(&file.value, scenario), crs?))
 }
 
 /// The same of values that belong to whole cells, with the way to them where the raster has another system.
@@ -80,5 +78,6 @@ pub(super) fn request<'a>(path: &'a Path, scenario: &Scenario) -> RasterRequest<
         memory: scenario.limits.memory,
         part: None,
         pixel: None,
+        is_ground: false,
     }
 }

@@ -7,5 +7,5 @@ mod survey_read;
 pub use floodsim_core::terrain::{
     Layer, Overlay, Piece, PixelBlock, PixelGrid, PointInterpolation, Raster, Survey, SurveyPoint, Terrain,
 };
-pub use read::{PLAUSIBLE_ELEVATION, Placing, RasterFile, RasterRequest, UNDECLARED};
+pub use read::{PLAUSIBLE_ELEVATION, Placing, RasterFile, RasterRequest};
 pub use survey_read::{SurveyFile, read_survey};

@@ -278,6 +278,7 @@ fn read_raster(
         memory: scenario.limits.memory,
         part: scenario.reading.part.map(|part| part.own),
         pixel: scenario.reading.pixel,
+        is_ground: true,
     };
     let (mut raster, warnings) = findings.take(source, file.read(&request, run))?;
     findings.add_all(source, warnings);

@@ -109,9 +109,9 @@ impl RasterFile {
                 None => problem.with_remedy("check the nodata value with `gdalinfo -stats`"),
             });
         }
-        // A mark that is met already is said to be one.
-        let is_told = self.warnings.iter().any(|warning| warning.code == UNDECLARED);
-        if let Some(index) = doubtful.filter(|_| !is_told) {
+        // A mark is reported as one.
+        let is_reported = self.warnings.iter().any(|warning| warning.code == UNDECLARED);
+        if let Some(index) = doubtful.filter(|_| !is_reported) {
             let message = format!(
                 "{name} has {count} elevations outside {} to {} m (from {least:.1} to {greatest:.1} m)",
                 PLAUSIBLE_ELEVATION.start(),

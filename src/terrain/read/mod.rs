@@ -37,7 +37,7 @@ const STRAIGHT: f64 = 1e-3;
 const BEYOND_BOUNDS: &str = "outside-valid-range";
 
 /// The code of the error of numbers that stand for no data without being declared.
-pub const UNDECLARED: &str = "undeclared-nodata";
+const UNDECLARED: &str = "undeclared-nodata";
 
 /// How a raster file is to be understood.
 #[derive(Clone, Debug)]
@@ -58,6 +58,8 @@ pub struct RasterRequest<'a> {
     pub part: Option<Rectangle>,
     /// Edge of the pixels (m) that do; none for those of the file.
     pub pixel: Option<f64>,
+    /// Whether the values are elevations, among which marks of no data stand out.
+    pub is_ground: bool,
 }
 
 /// A raster file, opened but not yet read.
@@ -249,7 +251,6 @@ impl RasterFile {
         let placing = self.placing(extract, request, run_crs)?;
         let raster = self.band(1, (extract, placing.as_ref()), request)?;
         self.check_values(&raster, request)?;
-        self.warnings.retain(|warning| warning.code != UNDECLARED);
         if placing.is_some() {
             // A place in the file's own system is none on the map of the run.
             self.warnings.iter_mut().for_each(|warning| warning.at = None);
@@ -274,7 +275,6 @@ impl RasterFile {
         for band in bands {
             take(self.band(band, (extract, placing.as_ref()), request)?, placing.as_ref())?;
         }
-        self.warnings.retain(|warning| warning.code != UNDECLARED);
         Ok(self.warnings)
     }
 

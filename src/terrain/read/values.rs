@@ -66,19 +66,19 @@ impl RasterFile {
         let mut beyond = 0;
         let is_no_data = no_data_test(no_data, self.dataset.rasterband(number).ok().map(|b| b.band_type().name()));
         let mut broken: Option<Broken> = None;
-        let doubtful = undeclared::find(&values, extract.shape, |cell, value| {
+        let is_out = |cell: usize, value: f64| {
             is_no_data(value)
-                || is_clear.get(cell).is_some_and(|is_clear| *is_clear)
                 || self.said.marks.iter().any(|mark| is_same(*mark, value))
-        });
+                || is_clear.get(cell).is_some_and(|is_clear| *is_clear)
+        };
+        let is_beyond = |value: f64| value < least || value > most;
+        let seek = || undeclared::find(&values, extract.shape, |cell, value| is_out(cell, value) || is_beyond(value));
+        let undeclared = request.is_ground.then(seek).flatten();
         let (columns, _) = self.dataset.raster_size();
         for (i, value) in values.iter_mut().enumerate() {
-            if is_no_data(*value)
-                || self.said.marks.iter().any(|mark| is_same(*mark, *value))
-                || is_clear.get(i).is_some_and(|is_clear| *is_clear)
-            {
+            if is_out(i, *value) {
                 *value = f64::NAN;
-            } else if *value < least || *value > most {
+            } else if is_beyond(*value) {
                 *value = f64::NAN;
                 beyond += 1;
             } else if value.is_finite() {
@@ -90,7 +90,7 @@ impl RasterFile {
             }
         }
         self.tell_of_bounds(beyond, request);
-        self.tell_of_marks(doubtful.as_ref(), extract, request);
+        self.report_marks(undeclared.as_ref(), extract, request);
         if let Some(words) = self.words_of_text(request)? {
             broken = Some(words);
         }
@@ -146,8 +146,8 @@ impl RasterFile {
             .with_at(Vec2::new(x + a * column + b * row, y + d * column + e * row))
     }
 
-    /// Refuses a number that stands for no data but is not declared so; who reads other things than elevations leaves that out.
-    fn tell_of_marks(&mut self, found: Option<&Undeclared>, extract: Extract, request: &RasterRequest) {
+    /// Refuses a number that stands for no data but is not declared so.
+    fn report_marks(&mut self, found: Option<&Undeclared>, extract: Extract, request: &RasterRequest) {
         let Some(Undeclared { value, count, first, is_of_ground }) = found else { return };
         let name = request.path.display();
         let (column, row) = extract.in_file(*first);

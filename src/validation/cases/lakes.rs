@@ -178,6 +178,7 @@ fn on_terrain(file: &Path, spacing: f64) -> SetupResult {
         memory: 1e9,
         part: None,
         pixel: None,
+        is_ground: true,
     };
     let read = RasterFile::open_as(file, file).and_then(|opened| opened.read(&request, &Crs::Local));
     let (raster, _) = read.map_err(|problem| problem.message)?;

@@ -109,7 +109,7 @@ impl Tracers {
         self.carried[tracer].given.decay
     }
 
-    /// Mixes water that came into a padded cell to what was there (m of depth), and books it by the area of the cell (m²).
+    /// Mixes water that came into a padded cell to what was there (m of depth), and adds it to the balance by the area of the cell (m²).
     pub fn pour(&mut self, (row, column): (usize, usize), given: Given, [before, added]: [f64; 2], area: f64) {
         for carried in &mut self.carried {
             let own = carried.seen[row][column];

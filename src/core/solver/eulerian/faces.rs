@@ -479,7 +479,7 @@ fn pair<F: Flux, const IS_SHARP: bool, const HAS_SILL: bool>(
     let raise = |share: f64, crossing: f64, drop: f64, fall: f64| {
         (1.0 - share * share) * larger(smaller(smaller(crossing, drop), fall), 0.0)
     };
-    // Under cells that move no more than what the bed departs from a plane stands out of the water.
+    // Under cells that move it is no more than stands out of the water of what the bed departs from a plane.
     let most = |fall: f64, half: Half| if at_rest { fall } else { smaller(fall, half.step - half.d) };
     let (fall_i, fall_j) = (most(fall, i), most(-fall, j));
     // A pass sill stands above both beds: nothing falls, and nothing mixes through the ridge.

@@ -1,6 +1,6 @@
 //! What the attributes and axes of NetCDF files say of heights and places besides units and bounds.
 
-use super::{SOUND, refused, terrain_cells};
+use super::{Made, SOUND, refused, terrain_cells};
 use crate::prepare::prepare;
 use crate::prepare::tests::scene::Scene;
 
@@ -47,6 +47,14 @@ fn all_marks_of_no_data_count_as_numbers_or_as_text() {
         elevation.put_value(-99.9_f32, [3, 3]).unwrap();
     });
     assert_eq!(terrain_cells(&prepare(&scene.scenario)), 1199);
+}
+
+#[test]
+fn a_mark_beyond_the_bounds_is_declared_by_them() {
+    let scene = Made { bounds: vec![("valid_min", vec![-500.0])], corners: [-9999.0, 20.0], ..SOUND }.scene();
+    let prepared = prepare(&scene.scenario);
+    assert_eq!(terrain_cells(&prepared), 1199, "{:#?}", prepared.problems);
+    assert!(!prepared.has_errors());
 }
 
 #[test]

@@ -86,7 +86,7 @@ impl Tracers {
         self.carried = all;
     }
 
-    /// Mixes the water of all active cells anew, and books what passes the rim.
+    /// Mixes the water of all active cells anew, and adds what passes the rim to the balance.
     pub(in super::super) fn take(
         &mut self,
         state: &State,
@@ -196,7 +196,7 @@ impl Tracers {
         })
     }
 
-    /// Books what passes the rim, over so many seconds.
+    /// Adds what passes the rim in so many seconds to the balance.
     fn book(&mut self, which: usize, state: &State, carried: f64) {
         let (mut inflow, mut outflow) = (0.0, 0.0);
         for face in &self.rim {
