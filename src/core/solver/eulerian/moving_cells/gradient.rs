@@ -9,15 +9,15 @@ use crate::math::Vec2;
 impl MovingCells {
     /// Fills the gradients of the active cells; `has_slopes` where they count.
     pub fn evaluate_gradients(&mut self, dry_depth: f64, has_slopes: bool) {
-        let MovingCells { slopes, chunks, seen, area, rough, is_active, .. } = self;
-        let (chunks, seen, area, rough, is_active) = (&*chunks, &*seen, &*area, &*rough, &*is_active);
+        let MovingCells { slopes, chunks, seen, area, is_active, .. } = self;
+        let (chunks, seen, area, is_active) = (&*chunks, &*seen, &*area, &*is_active);
         slopes.par_chunks_mut(CHUNK).zip(chunks).enumerate().for_each(|(number, (slopes, chunk))| {
             for (k, slopes) in slopes.iter_mut().enumerate() {
                 let i = number * CHUNK + k;
                 if !is_active[i] {
                     continue;
                 }
-                *slopes = Slopes { step: rough[i], ..Slopes::default() };
+                *slopes = Slopes { step: slopes.step, ..Slopes::default() };
                 let here = seen[i];
                 let is_wet = here.depth > dry_depth && has_slopes;
                 let mut kept = [Vec2::new(1.0, 0.0), Vec2::new(0.0, 1.0)];

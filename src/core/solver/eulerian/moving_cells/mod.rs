@@ -105,9 +105,8 @@ pub(crate) struct MovingCells {
     friction: Vec<f64>,
     area: Vec<f64>,
     centroid: Vec<Vec2>,
-    /// κ, ρ (m), and w (m/s).
+    /// κ, and w (m/s).
     mobility: Vec<f64>,
-    rough: Vec<f64>,
     motion: Vec<Vec2>,
     slopes: Vec<Slopes>,
     /// The share of its outflow that a cell can give, while outflows are limited; 1 else.
@@ -218,7 +217,6 @@ impl MovingCells {
             area: Vec::new(),
             centroid: Vec::new(),
             mobility: Vec::new(),
-            rough: Vec::new(),
             motion: Vec::new(),
             slopes: Vec::new(),
             share: Vec::new(),
@@ -285,7 +283,6 @@ impl MovingCells {
         self.area.resize(count, 0.0);
         self.centroid.resize(count, Vec2::ZERO);
         self.mobility.resize(count, 0.0);
-        self.rough.resize(count, 0.0);
         self.motion.resize(count, Vec2::ZERO);
         self.slopes.resize(count, Slopes::default());
         self.share.resize(count, 1.0);

@@ -30,11 +30,11 @@ impl MovingCells {
 
     /// Finds κ and ρ of the active cells.
     fn find_mobility(&mut self, dry_depth: f64) {
-        let MovingCells { mobility, rough, chunks, cells, seen, area, is_active, .. } = self;
+        let MovingCells { mobility, slopes, chunks, cells, seen, area, is_active, .. } = self;
         let (chunks, cells, seen, area, is_active) = (&*chunks, &*cells, &*seen, &*area, &*is_active);
-        let both = mobility.par_chunks_mut(CHUNK).zip(rough.par_chunks_mut(CHUNK)).zip(chunks);
-        both.enumerate().for_each(|(number, ((mobility, rough), chunk))| {
-            for (k, (mobility, rough)) in mobility.iter_mut().zip(rough).enumerate() {
+        let both = mobility.par_chunks_mut(CHUNK).zip(slopes.par_chunks_mut(CHUNK)).zip(chunks);
+        both.enumerate().for_each(|(number, ((mobility, slopes), chunk))| {
+            for (k, (mobility, slopes)) in mobility.iter_mut().zip(slopes).enumerate() {
                 let i = number * CHUNK + k;
                 let here = seen[i];
                 *mobility = 0.0;
@@ -45,10 +45,10 @@ impl MovingCells {
                 let slope = chunk.ways(k).iter().map(|way| way.weight() * rise(way)).fold(Vec2::ZERO, |a, b| a + b);
                 let slope = slope * (1.0 / area[i]);
                 let beside = |way: &Way| (rise(way) - slope.dot(way.normal) * way.distance).abs();
-                *rough = chunk.ways(k).iter().map(beside).fold(0.0, f64::max);
+                slopes.step = chunk.ways(k).iter().map(beside).fold(0.0, f64::max);
                 if cells[i] == Cell::Free && here.depth > dry_depth {
                     let plane = here.depth.max(slope.norm() * area[i].sqrt());
-                    *mobility = (1.0 - *rough / plane).max(0.0);
+                    *mobility = (1.0 - slopes.step / plane).max(0.0);
                 }
             }
         });
