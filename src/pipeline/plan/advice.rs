@@ -17,7 +17,7 @@ pub struct Advice {
 pub fn advice(scene: &Scene) -> Advice {
     let is_marked = scene.forcing.tracers.iter().any(|tracer| !tracer.initial.is_empty());
     if is_marked && scene.forcing.rain.is_none() {
-        let why = "cells that move carry marked water along where resting ones smear it: for the same CPU time they have a fifth of the error of \
+        let why = "cells that move carry marked water along where resting ones smear it: for the same CPU time they have a quarter of the error of \
                    the concentration, on the same spacing they take 5 to 12 times as long";
         return Advice { motion: Motion::Lagrangian, why: why.to_owned() };
     }
