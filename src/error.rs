@@ -38,7 +38,7 @@ pub enum ExitCode {
 }
 
 /// How bad a problem is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum Severity {
     /// The run goes on; the planner should know.
     Warning,
@@ -47,7 +47,7 @@ pub enum Severity {
 }
 
 /// Which exit code a problem leads to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum ProblemKind {
     /// In the scenario file itself: exit 3.
     Scenario,
@@ -60,7 +60,7 @@ pub enum ProblemKind {
 }
 
 /// A place in a text file.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Place {
     /// The file.
     pub file: PathBuf,
@@ -70,15 +70,19 @@ pub struct Place {
     pub column: usize,
 }
 
+/// A short name of a problem.
+pub type Code = &'static str;
+
 /// One finding of the check: what is wrong, where, why, and what to do.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Problem {
     /// Error or warning.
     pub severity: Severity,
     /// Which exit code it leads to.
     pub kind: ProblemKind,
     /// A short stable name, such as `unknown-key`, by which tests and scripts know it.
-    pub code: &'static str,
+    #[serde(deserialize_with = "lasting")]
+    pub code: Code,
     /// Where in the scenario file.
     pub place: Option<Place>,
     /// The key path in the scenario, such as `terrain.layers[1].raster`; empty where none applies.
@@ -156,6 +160,11 @@ pub fn input_error(code: &'static str, message: String) -> Problem {
 /// What is doubtful about an input file.
 pub fn input_warning(code: &'static str, message: String) -> Problem {
     Problem::warning(ProblemKind::Input, code, "", message)
+}
+
+/// The code of a problem that was written down. Codes are few, and last as long as the program.
+fn lasting<'de, D: serde::Deserializer<'de>>(code: D) -> Result<&'static str, D::Error> {
+    <String as serde::Deserialize>::deserialize(code).map(|code| &*code.leak())
 }
 
 impl fmt::Display for Problem {

@@ -7,6 +7,7 @@ fn main() -> std::process::ExitCode {
         prepare: floodsim::pipeline::check,
         plan: floodsim::pipeline::plan,
         run: |scenario, options| floodsim::pipeline::run(scenario, options).map(|summary| summary.to_string()),
+        resume: |options| floodsim::pipeline::resume(options).map(|summary| summary.to_string()),
     };
     std::process::ExitCode::from(cli::main(&stages) as u8)
 }

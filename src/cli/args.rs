@@ -67,7 +67,14 @@ pub enum Command {
     Explain(ExplainArguments),
     /// Take the first steps for a second or two and tell what the run will need: particles, memory, steps, time, disk, resolution, motion
     Plan(PlanArguments),
-    /// Draw map sheets and one page from a run folder, without a new simulation
+    /// Go on with a run that was cut off (killed, stopped, out of disk) from its last checkpoint, to the same results
+    Resume(ResumeArguments),
+    /// Compare the results in a run folder, and the inputs of the run, with the checksums in its run.json
+    Verify {
+        /// The run folder
+        folder: PathBuf,
+    },
+    /// Draw map sheets and one page from a run folder, without a new simulation; of a run that was cut off, what it had at its last checkpoint
     Report {
         /// The run folder
         folder: PathBuf,
@@ -97,6 +104,19 @@ pub enum Command {
     },
     /// Print the manual page
     Man,
+}
+
+/// The arguments of a run that goes on.
+#[derive(Args, Debug)]
+pub struct ResumeArguments {
+    /// The run folder
+    pub folder: PathBuf,
+    /// Number of threads [default: all]; the results are the same for any number
+    #[arg(long, value_name = "N")]
+    pub threads: Option<NonZero<usize>>,
+    /// No progress
+    #[arg(long)]
+    pub quiet: bool,
 }
 
 /// The arguments of a run.

@@ -18,9 +18,9 @@ use clap::Parser;
 use clap::error::ErrorKind;
 
 use crate::error::{Error, ExitCode, Problem};
-use crate::pipeline::{Plan, PlanOptions, RunOptions};
+use crate::pipeline::{Plan, PlanOptions, ResumeOptions, RunOptions};
 use crate::scenario::{self, Scenario};
-use args::{Arguments, Command, RunArguments};
+use args::{Arguments, Command, ResumeArguments, RunArguments};
 
 /// The stages that the command line calls, given by `main` so that this module knows none of them.
 pub struct Stages {
@@ -30,6 +30,8 @@ pub struct Stages {
     pub plan: fn(&Scenario, &PlanOptions) -> Result<Plan, Error>,
     /// Does a whole run; the text is its summary for stdout.
     pub run: fn(&Scenario, &RunOptions) -> Result<String, Error>,
+    /// Goes on with a run that was cut off, or writes its results so far.
+    pub resume: fn(&ResumeOptions) -> Result<String, Error>,
 }
 
 /// Reads the command line, does what it says, and reports errors on stderr.
@@ -47,7 +49,9 @@ pub fn main(stages: &Stages) -> ExitCode {
         Some(Command::Run(run)) => run_scenario(&run, stages),
         Some(Command::Check(check)) => return check::check(&check, stages),
         Some(Command::Plan(plan)) => return plan::plan(&plan, stages),
-        Some(Command::Report { folder }) => report_folder(&folder),
+        Some(Command::Resume(resume)) => resume_run(&resume, stages),
+        Some(Command::Verify { folder }) => verify_folder(&folder),
+        Some(Command::Report { folder }) => report_folder(&folder, stages),
         Some(Command::Validate(arguments)) => validate::validate(&arguments),
         Some(Command::Chart(arguments)) => chart::chart(&arguments),
         Some(Command::Breach(arguments)) => breach::breach(&arguments),
@@ -93,12 +97,35 @@ fn run_scenario(run: &RunArguments, stages: &Stages) -> Result<(), Error> {
         overwrite: run.overwrite,
         quiet: run.quiet,
         command: command_line(),
+        overrides: run.overrides.clone(),
     };
     print(&(stages.run)(&loaded.scenario, &options)?)
 }
 
-/// Draws the report of a run folder and lists its files.
-fn report_folder(folder: &std::path::Path) -> Result<(), Error> {
+fn resume_run(resume: &ResumeArguments, stages: &Stages) -> Result<(), Error> {
+    print(&(stages.resume)(&ResumeOptions {
+        folder: resume.folder.clone(),
+        threads: resume.threads.map(std::num::NonZero::get),
+        quiet: resume.quiet,
+        is_for_outputs: false,
+    })?)
+}
+
+/// Compares what a run read and wrote with its checksums.
+fn verify_folder(folder: &std::path::Path) -> Result<(), Error> {
+    let verified = crate::output::verify(folder)?;
+    if !verified.problems.is_empty() {
+        return Err(Error::Problems(verified.problems));
+    }
+    print(&format!("{} files are as the run read and wrote them\n", verified.same))
+}
+
+/// Draws the report of a run folder and lists its files; of a run that was cut off the results so far are written before.
+fn report_folder(folder: &std::path::Path, stages: &Stages) -> Result<(), Error> {
+    if crate::output::is_cut_off(folder) {
+        let folder = folder.to_path_buf();
+        (stages.resume)(&ResumeOptions { folder, threads: None, quiet: true, is_for_outputs: true })?;
+    }
     let report = crate::report::report(folder)?;
     if let Some(doubt) = report.doubt {
         eprintln!("warning: {doubt}");

@@ -91,7 +91,7 @@ macro_rules! constants {
             what $what:literal; source $source:literal; outside $outside:literal;)+
     }) => {
         $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq)]
+        #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
         pub struct $group {
             $(
                 #[doc = concat!($what, " (", $unit, ", ", $low, " to ", $high, ").")]

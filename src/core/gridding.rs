@@ -446,7 +446,7 @@ fn add_up(shares: &Shares<'_>, factors: &[f64], columns: usize, sums: &mut [f64]
 }
 
 /// What turns volumes into depths.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 struct Measures {
     kernel: Smoothing<CubicSpline>,
     /// Area of a cell (m²; in one dimension its length, m).
@@ -485,7 +485,7 @@ fn improve(factors: &mut [f64], depth: &[f64], (part, mean): (&[f64], &[f64]), r
 }
 
 /// One band of rows: the columns touched in each row, now and at the call before, and the spans that result.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 struct Band {
     touched: Vec<(usize, usize)>,
     touched_before: Vec<(usize, usize)>,
@@ -495,7 +495,7 @@ struct Band {
 }
 
 /// Grids particles again and again with the same buffers.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Gridder {
     measures: Measures,
     lattice: Lattice,

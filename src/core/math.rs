@@ -3,7 +3,9 @@
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
 /// A vector of the plane.
-#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable, serde::Serialize, serde::Deserialize,
+)]
 #[repr(C)]
 pub struct Vec2 {
     /// Component to the east.
@@ -54,7 +56,7 @@ impl Vec2 {
 }
 
 /// A rectangle with sides parallel to the axes.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Rectangle {
     /// Its south-western corner (m).
     pub low: Vec2,
@@ -166,7 +168,9 @@ impl Div<f64> for Vec2 {
 }
 
 /// A symmetric 2 by 2 matrix.
-#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable, serde::Serialize, serde::Deserialize,
+)]
 #[repr(C)]
 pub struct Sym2 {
     /// First diagonal entry.

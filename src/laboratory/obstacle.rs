@@ -87,6 +87,7 @@ fn flume(run: &Run) -> Result<Run, String> {
         overwrite: true,
         quiet: true,
         command: "floodsim validate ea_test6b_scaled".to_owned(),
+        overrides: Vec::new(),
     };
     let loaded = load(&scenario, &overrides).map_err(|error| error.to_string())?;
     pipeline::run(&loaded.scenario, &options).map_err(|error| error.to_string())?;

@@ -87,6 +87,7 @@ pub fn run_experiment(
             overwrite: true,
             quiet: true,
             command: format!("floodsim validate {}", experiment.name),
+            overrides: Vec::new(),
         };
         let one = One { experiment, choice, is_finest: k + 1 == experiment.resolutions.len() };
         let (scenarios, data) = (scenarios.clone(), data.clone());

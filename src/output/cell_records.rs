@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A level of a nested lattice.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -26,7 +26,7 @@ pub struct LevelRecord {
 }
 
 /// What a second run on wider cells says of the error of the maps.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, serde::Deserialize)]
 pub struct ErrorRecord {
     /// Edge of the finest cells of that run (m).
     pub spacing_m: f64,
@@ -47,7 +47,7 @@ pub struct ErrorRecord {
 }
 
 /// How the program chose the lengths of the cells.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub struct ChoiceRecord {
     /// Edge of the finest cells (m).
     pub finest_m: f64,

@@ -11,7 +11,7 @@ use super::gauges::ArrivalRule;
 use super::maxima::arrival_depth;
 
 /// What a gauge has seen.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ChannelGaugeResult {
     /// Name.
     pub id: String,
@@ -38,7 +38,7 @@ pub struct ChannelGaugeResult {
 }
 
 /// The water at one gauge at one moment.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ChannelGaugeSample {
     /// Index of the gauge, counted through all channels.
     pub gauge: usize,
@@ -60,7 +60,7 @@ fn is_wet(water: &ChannelWater) -> bool {
 }
 
 /// Where a gauge reads, and what it has seen so far.
-#[derive(Debug)]
+#[derive(Debug, serde::Serialize, serde::Deserialize)]
 struct Reading {
     channel: usize,
     /// The particles on both sides, and the share of the second one.
@@ -71,7 +71,7 @@ struct Reading {
 }
 
 /// Samples the gauges of all channels.
-#[derive(Debug)]
+#[derive(Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct ChannelGaugeRecorder {
     readings: Vec<Reading>,
     rule: ArrivalRule,

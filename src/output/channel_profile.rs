@@ -3,7 +3,7 @@
 use crate::math::Vec2;
 
 /// A channel as the run reports it.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ChannelProfile {
     /// Name.
     pub id: String,
@@ -20,7 +20,7 @@ pub struct ChannelProfile {
 }
 
 /// A place of a channel at which the run reports water over time.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ChannelGauge {
     /// Name.
     pub id: String,
@@ -30,7 +30,7 @@ pub struct ChannelGauge {
 
 /// The water of one particle of a channel: depth above the lowest bed (m), level (m), velocity (m/s) and discharge (m³/s) towards the
 /// near end.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ChannelWater {
     /// Depth (m).
     pub depth: f64,
@@ -56,7 +56,7 @@ impl ChannelWater {
 }
 
 /// All channels at one moment.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ChannelFrame {
     /// Time (s).
     pub time: f64,

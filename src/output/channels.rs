@@ -1,6 +1,6 @@
 //! The water of channels of one dimension over time: profiles at the times of the frames, and what gauges see.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::channel_gauges::{ChannelGaugeRecorder, ChannelGaugeResult, ChannelGaugeSample};
 use super::channel_profile::{ChannelFrame, ChannelProfile, ChannelWater};
@@ -9,7 +9,7 @@ use super::gauges::ArrivalRule;
 use crate::error::Error;
 
 /// Where the water of a channel stood highest above the last row of its sections: over the banks of the real one.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct AboveBanks {
     /// Name of the channel.
     pub channel: String,
@@ -55,9 +55,9 @@ pub struct ChannelPlan {
 pub type ProfileSink<'a> = dyn FnMut(&ChannelFrame) -> Result<(), Error> + 'a;
 
 /// Follows the channels of a run.
-#[derive(Debug)]
-pub struct ChannelRecorder<'a> {
-    profiles: &'a [ChannelProfile],
+#[derive(Debug, Deserialize, Serialize)]
+pub struct ChannelRecorder {
+    profiles: Vec<ChannelProfile>,
     schedule: Schedule,
     before: ChannelFrame,
     frames: Vec<ChannelFrame>,
@@ -78,20 +78,20 @@ pub struct ChannelRecording {
     pub gauge_samples: Vec<ChannelGaugeSample>,
 }
 
-impl<'a> ChannelRecorder<'a> {
+impl ChannelRecorder {
     /// A recorder that has seen the water at the start.
     ///
     /// # Errors
     /// Those of the sink.
     pub fn start(
-        profiles: &'a [ChannelProfile],
+        profiles: &[ChannelProfile],
         plan: ChannelPlan,
         start: Vec<Vec<ChannelWater>>,
         sink: &mut ProfileSink<'_>,
     ) -> Result<Self, Error> {
         let rule = ArrivalRule { threshold: plan.threshold, rise_on_wet: plan.rise_on_wet };
         let mut recorder = ChannelRecorder {
-            profiles,
+            profiles: profiles.to_vec(),
             schedule: Schedule::new(plan.every, plan.end_time),
             before: ChannelFrame { time: 0.0, water: start },
             frames: Vec::new(),
@@ -101,6 +101,11 @@ impl<'a> ChannelRecorder<'a> {
         let start = recorder.before.water.clone();
         recorder.step(0.0, start, sink)?;
         Ok(recorder)
+    }
+
+    /// How many profiles were handed out.
+    pub fn frames(&self) -> usize {
+        self.frames.len()
     }
 
     /// Keeps the highest water over the banks of each channel.

@@ -9,7 +9,7 @@ use crate::math::Vec2;
 const TOLD_DEPTH: f64 = 0.1;
 
 /// A face between terrain and none that no water passes.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ClosedFace {
     /// Its cell.
     pub cell: usize,

@@ -14,8 +14,10 @@ use std::time::Duration;
 use crate::error::{Error, Problem, ProblemKind};
 
 /// Files that a run writes, relative to its folder, and those of a report, which would be out of date beside another run.
-const OWN_FILES: [&str; 26] = [
+const OWN_FILES: [&str; 29] = [
     "run.json",
+    "checkpoint.bin",
+    "checkpoint.before.bin",
     "scenario.resolved.yaml",
     "fields.nc",
     "fields.partial.nc",
@@ -31,6 +33,7 @@ const OWN_FILES: [&str; 26] = [
     "channels.nc",
     "channels.partial.nc",
     "tables/sections.csv",
+    "tables/tracers.csv",
     "tables/section_series.csv",
     "sections.nc",
     "report/index.html",
@@ -168,6 +171,15 @@ impl RunFolder {
         Ok(folder)
     }
 
+    /// Takes the folder of a run that ended early, with all that is in it, to go on with that run.
+    ///
+    /// # Errors
+    /// A problem of the kind [`ProblemKind::Output`] when a run that is under way has it, or when it cannot be written.
+    pub fn reopen(path: &Path) -> Result<RunFolder, Error> {
+        let hold = Hold::take(path).map_err(|problem| Error::Problems(vec![problem]))?;
+        Ok(RunFolder { path: path.to_path_buf(), _hold: Arc::new(hold) })
+    }
+
     /// What stands in the way of [`create`](Self::create), as far as it can be seen without writing anything.
     pub fn inspect(path: &Path, overwrite: bool) -> Option<Problem> {
         if path.exists() && !path.is_dir() {
@@ -222,13 +234,28 @@ impl RunFolder {
     /// # Errors
     /// Those of `write`, and when the file cannot be flushed or renamed.
     pub(super) fn write_with(&self, name: &str, write: impl FnOnce(&Path) -> Result<(), Error>) -> Result<(), Error> {
+        self.write_after(name, write, || Ok(()))
+    }
+
+    /// The same; `before` is done when the file is whole, before it gets its name.
+    ///
+    /// # Errors
+    /// Those of `write` and `before`, and when the file cannot be flushed or renamed.
+    pub(super) fn write_after(
+        &self,
+        name: &str,
+        write: impl FnOnce(&Path) -> Result<(), Error>,
+        before: impl FnOnce() -> std::io::Result<()>,
+    ) -> Result<(), Error> {
         let (temporary, path) = (self.temporary(name), self.file(name));
         if let Some(parent) = path.parent() {
             fs::create_dir_all(parent).map_err(|cause| output_error(parent, cause))?;
         }
         let written = write(&temporary).and_then(|()| {
             let flush = || fs::File::open(&temporary)?.sync_all();
-            flush().and_then(|()| fs::rename(&temporary, &path)).map_err(|cause| output_error(&path, cause))
+            let named = flush().and_then(|()| before()).and_then(|()| fs::rename(&temporary, &path));
+            let named = named.and_then(|()| flush_names(&path));
+            named.map_err(|cause| output_error(&path, cause))
         });
         if written.is_err() {
             // Best effort: the error that led here is the one to report.
@@ -244,6 +271,22 @@ impl RunFolder {
         path.with_file_name(format!("{TEMPORARY}{file_name}"))
     }
 
+    /// The results of a run that are there: neither its record, its report, nor what it goes on from.
+    pub(super) fn results(&self) -> std::io::Result<Vec<PathBuf>> {
+        let named = OWN_FILES.iter().filter(|name| {
+            let is_of_the_way = name.starts_with("checkpoint") || name.contains(".partial.");
+            !is_of_the_way && **name != "run.json" && !name.starts_with("report/")
+        });
+        let mut paths: Vec<PathBuf> = named.map(|name| self.file(name)).filter(|path| path.is_file()).collect();
+        let maps = self.file("cog");
+        if maps.is_dir() {
+            for entry in fs::read_dir(maps)? {
+                paths.extend(Some(entry?.path()).filter(|path| is_own_map(path)));
+            }
+        }
+        Ok(paths)
+    }
+
     fn delete_own_files(&self) -> std::io::Result<()> {
         for name in OWN_FILES {
             remove_if_there(&self.file(name))?;
@@ -255,15 +298,30 @@ impl RunFolder {
             for entry in fs::read_dir(&folder)? {
                 let path = entry?.path();
                 let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-                let is_map = folder.ends_with("cog")
-                    && OWN_MAPS.iter().any(|map| name.starts_with(map))
-                    && [".tif", ".qml", ".tif.aux.xml"].iter().any(|end| name.ends_with(end));
+                let is_map = folder.ends_with("cog") && is_own_map(&path);
                 if path.is_file() && (is_map || name.starts_with(TEMPORARY)) {
                     fs::remove_file(&path)?;
                 }
             }
         }
         Ok(())
+    }
+}
+
+/// Whether a file of `cog/` is one of a run.
+fn is_own_map(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    OWN_MAPS.iter().any(|map| name.starts_with(map))
+        && [".tif", ".qml", ".tif.aux.xml"].iter().any(|end| name.ends_with(end))
+}
+
+/// Flushes the names of the folder of a file to the disk.
+fn flush_names(path: &Path) -> std::io::Result<()> {
+    let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    match fs::File::open(parent)?.sync_all() {
+        // Some network drives cannot do that.
+        Err(cause) if matches!(cause.kind(), ErrorKind::Unsupported | ErrorKind::InvalidInput) => Ok(()),
+        flushed => flushed,
     }
 }
 

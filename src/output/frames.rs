@@ -22,7 +22,7 @@ pub struct Frame {
 }
 
 /// The volume balance of the core at one moment (m³).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Volumes {
     /// Water there.
     pub stored: f64,
@@ -51,7 +51,7 @@ impl Volumes {
 }
 
 /// One row of `mass_balance.csv`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct MassBalanceRow {
     /// Time (s).
     pub time: f64,
@@ -62,7 +62,7 @@ pub struct MassBalanceRow {
 }
 
 /// The moments at which something is due: the multiples of an interval, and the end of the run.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct Schedule {
     interval: f64,
     end: f64,

@@ -26,7 +26,7 @@ use crate::lattice::{Lattice, WaterInCell, WaterOnLattice};
 use crate::math::{Vec2, segments_cross};
 
 /// The water at one gauge at one moment.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct GaugeSample {
     /// Index of the gauge in the plan.
     pub gauge: usize,
@@ -43,7 +43,7 @@ pub struct GaugeSample {
 }
 
 /// What a gauge has seen; everything is empty for a gauge outside the terrain.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct GaugeResult {
     /// Bed elevation (m).
     pub bed: Option<f64>,
@@ -60,7 +60,7 @@ pub struct GaugeResult {
 }
 
 /// Samples the gauges of a run.
-#[derive(Debug)]
+#[derive(Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct GaugeRecorder {
     readings: Vec<Option<Reading>>,
     arrival_rule: ArrivalRule,
@@ -71,7 +71,7 @@ pub(super) struct GaugeRecorder {
 }
 
 /// The depth that counts as arrival: the first threshold, or a rise where there was water at the start.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct ArrivalRule {
     pub threshold: f64,
     pub rise_on_wet: f64,
@@ -97,7 +97,7 @@ impl Parting<'_> {
 }
 
 /// Where a gauge reads, and what it has seen so far.
-#[derive(Debug)]
+#[derive(Debug, serde::Serialize, serde::Deserialize)]
 struct Reading {
     /// Cells and their weights, which sum to 1.
     weights: Vec<(usize, f64)>,

@@ -33,7 +33,7 @@ use overlap::{Overlap, overlaps};
 pub const FILL: f32 = -9999.0;
 
 /// A north-up grid of square cells.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct OutputGrid {
     /// Map coordinate of the western edge (m).
     pub west: f64,

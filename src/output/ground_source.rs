@@ -114,7 +114,7 @@ impl SetBy {
 }
 
 /// One of those who set the ground, as the legend has it.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct SourceClass {
     /// Its value in the map.
     pub code: u8,
@@ -138,7 +138,7 @@ pub struct GroundSource {
 }
 
 /// The map of the ground's sources on the output grid.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct SourceGrid {
     /// Codes, row 0 in the north; [`FILL`](super::FILL) where nobody set the ground. Empty where the map is not asked for.
     pub codes: Vec<f32>,

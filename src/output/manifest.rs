@@ -9,19 +9,11 @@ use serde::Serialize;
 use super::cell_records::{ChoiceRecord, ErrorRecord, LevelRecord, PartRecord};
 use super::channels::AboveBanks;
 use super::closed_edge::ClosedEdge;
+use super::file_records::{CheckpointRecord, InputFile, OutputFile};
 use super::folder::RunFolder;
 use super::tracers::TracerBalance;
 use crate::error::{Error, Problem};
 use crate::gate::Gate;
-
-/// An input file.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct InputFile {
-    /// The path as the scenario names it.
-    pub path: String,
-    /// SHA-256 of its bytes, in hexadecimal digits.
-    pub sha256: String,
-}
 
 /// Numbers of particles that carry water.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -322,6 +314,15 @@ pub struct RunManifest {
     /// The parts of the run folder that `outputs.write` leaves out, where it does.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub not_written: Vec<String>,
+    /// Checkpoints, where there was any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub checkpoints: Option<CheckpointRecord>,
+    /// The simulated times (s) from which the run went on, where it was cut off.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub resumed_at_s: Vec<f64>,
+    /// What was written besides this file.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub outputs: Vec<OutputFile>,
     /// Quality gates.
     pub gates: Vec<Gate>,
     /// `running`, `done`, `failed` or `stopped`.
@@ -341,10 +342,15 @@ impl RunManifest {
         folder.write("run.json", text.as_bytes())
     }
 
+    /// How the run ended.
+    pub fn ended(&mut self, status: &str, exit_code: u8) {
+        self.status = status.to_owned();
+        self.exit_code = Some(exit_code);
+    }
+
     /// Says in `run.json` that an error ended the run, as far as that can still be written; hands on the error.
     pub fn failed(&mut self, folder: &RunFolder, error: Error) -> Error {
-        self.status = "failed".to_owned();
-        self.exit_code = Some(error.exit_code() as u8);
+        self.ended("failed", error.exit_code() as u8);
         let _ = self.write(folder);
         error
     }

@@ -65,7 +65,7 @@ pub(super) struct ThresholdSeen {
 }
 
 /// Follows the maxima of all cells.
-#[derive(Debug)]
+#[derive(Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct Maxima {
     columns: usize,
     /// Blocks of a row.

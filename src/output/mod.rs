@@ -1,8 +1,8 @@
 //! From water on the lattice to the run folder: maxima, arrival, frames, gauges, and the writers of every file.
 //!
 //! Order of use: [`RunFolder::create`], [`Recorder::new`], [`FieldsWriter::start`], [`Recorder::start`],
-//! [`Recorder::step`] after every compute step, [`Recorder::finish`], [`FieldsWriter::finish`], then [`write_maps`],
-//! [`write_cogs`], [`write_geopackage`], [`write_gauges`], [`write_mass_balance`] and [`RunManifest::write`].
+//! [`Recorder::step`] after every compute step, [`Recorder::finish`], then [`write_maps`], [`write_cogs`], [`write_geopackage`],
+//! [`write_gauges`], [`write_mass_balance`], [`FieldsWriter::finish`] and [`RunManifest::write`].
 //!
 //! Maps follow the compute steps and never the stored frames; frames are interpolated between compute steps and never
 //! shorten one. Channels of one dimension have a recorder and a writer of their own, [`ChannelRecorder`] and [`ChannelsWriter`]; a run
@@ -14,7 +14,9 @@ mod cell_records;
 mod channel_gauges;
 mod channel_profile;
 mod channels;
+mod checkpoint;
 mod closed_edge;
+mod file_records;
 mod folder;
 mod frames;
 mod gauges;
@@ -26,16 +28,20 @@ mod maxima;
 mod on_terrain;
 mod outline;
 mod recorder;
+mod recording;
 mod ridges;
 mod sections;
 mod tracers;
+mod verify;
 mod write;
 
 pub use cell_records::{ChoiceRecord, ErrorRecord, LevelRecord, PartRecord};
 pub use channel_gauges::{ChannelGaugeResult, ChannelGaugeSample};
 pub use channel_profile::{ChannelFrame, ChannelGauge, ChannelProfile, ChannelWater};
 pub use channels::{ChannelPlan, ChannelRecorder, ChannelRecording};
+pub use checkpoint::{Checkpoint, delete_checkpoints, is_cut_off, write_checkpoint};
 pub use closed_edge::{ClosedEdge, ClosedFace};
+pub use file_records::{CheckpointRecord, InputFile, OutputFile, mark_stopped};
 pub use folder::RunFolder;
 pub use frames::{Frame, MassBalanceRow, Volumes};
 pub use gauges::{GaugeResult, GaugeSample};
@@ -43,14 +49,15 @@ pub use grid::{FILL, GridMaps, OutputGrid, ThresholdGrids};
 pub use ground_source::{GroundSource, SetBy, SourceClass, SourceGrid};
 pub use hazard::{HAZARD_CLASSES, HazardClass, hazard_class};
 pub use manifest::{
-    BanksRecord, BreachRecord, CellsInPartRecord, DischargeRecord, HotStart, InputFile, MovingBedRecord,
-    ParticleCounts, PassageRecord, RunManifest, StepLengths, StillWaterRecord, VolumeBooks, WarningRecord,
-    WorstDischarge,
+    BanksRecord, BreachRecord, CellsInPartRecord, DischargeRecord, HotStart, MovingBedRecord, ParticleCounts,
+    PassageRecord, RunManifest, StepLengths, StillWaterRecord, VolumeBooks, WarningRecord, WorstDischarge,
 };
-pub use recorder::{Recorder, RecorderPlan, Recording};
+pub use recorder::{Recorder, RecorderPlan};
+pub use recording::Recording;
 pub use ridges::Ridge;
 pub use sections::{Section, SectionRecorder, SectionRecording, SectionResult, SectionSample};
 pub use tracers::{TracerBalance, TracerGrids, TracerPlan};
+pub use verify::{Verified, output_files, verify};
 pub use write::{
     ChannelsWriter, FieldsWriter, FileHead, Findings, LevelArea, MapVariable, Provenance, map_variables,
     write_channels, write_cogs, write_gauges, write_geopackage, write_level_layer, write_maps, write_mass_balance,
@@ -75,7 +82,7 @@ pub struct Gauge {
 }
 
 /// The terrain as it is in the run by the pixels of its finest raster, under the whole lattice; row 0 in the north.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct TerrainPixels {
     /// Map coordinate of the western edge (m).
     pub west: f64,

@@ -57,7 +57,7 @@ pub(super) struct WaterOfCells<'a> {
 }
 
 /// The terrain's own raster, and what keeps the water of a cell from the next.
-#[derive(Debug)]
+#[derive(Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct OnTerrain {
     lattice: Lattice,
     pixels: TerrainPixels,

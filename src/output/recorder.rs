@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 
 use super::closed_edge::{ClosedEdge, ClosedFace};
 use super::frames::{Frame, MassBalanceRow, Schedule, Volumes, share_of_step};
-use super::gauges::{ArrivalRule, GaugeRecorder, GaugeResult, GaugeSample, Parting};
+use super::gauges::{ArrivalRule, GaugeRecorder, Parting};
 use super::grid::{GridMaps, OutputGrid, greatest_level};
 use super::maxima::Maxima;
 use super::on_terrain::{OnTerrain, WaterOfCells};
+use super::recording::Recording;
 use super::tracers::{TracerPlan, Tracers, concentration_at};
 use super::{Gauge, TerrainPixels, WET_DEPTH};
 use crate::bed::PassSills;
@@ -63,7 +64,7 @@ pub struct RecorderPlan {
 pub type FrameSink<'a> = dyn FnMut(Frame) -> Result<(), Error> + 'a;
 
 /// Records a run; see the fields of [`Recording`] for what comes out.
-#[derive(Debug)]
+#[derive(Debug, serde::Serialize, serde::Deserialize)]
 pub struct Recorder {
     bed_elevation: Vec<f64>,
     lattice: Lattice,
@@ -86,38 +87,6 @@ pub struct Recorder {
     time: f64,
     has_frames: bool,
     has_maps: bool,
-}
-
-/// Everything that a run left behind.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Recording {
-    /// Time up to which was recorded (s).
-    pub end_time: f64,
-    /// The maps on the output grid; empty where they were left out.
-    pub maps: GridMaps,
-    /// What each gauge saw, in the order of the plan.
-    pub gauge_results: Vec<GaugeResult>,
-    /// The gauge series, by time and then by gauge.
-    pub gauge_samples: Vec<GaugeSample>,
-    /// Of each sample the concentrations of the tracers; no number where it is dry.
-    pub gauge_concentrations: Vec<Vec<f64>>,
-    /// The tracers.
-    pub tracers: Vec<TracerPlan>,
-    /// When the water came to each cross-section (s), which is when it came to the first of its cells; none where it never did.
-    pub section_arrivals: Vec<Option<f64>>,
-    /// One row for each frame.
-    pub mass_balance: Vec<MassBalanceRow>,
-    /// What the water did at the closed edge of the terrain; nothing where maps were left out.
-    pub closed_edge: Option<ClosedEdge>,
-}
-
-impl Recording {
-    /// Greatest difference between the volume on the output grid and that of the core, over the latter (dimensionless).
-    pub fn grid_error_relative(&self) -> f64 {
-        let rows = self.mass_balance.iter().filter(|row| row.volumes.stored > 0.0);
-        rows.map(|row| ((row.grid_volume + row.volumes.in_channels) / row.volumes.stored - 1.0).abs())
-            .fold(0.0, f64::max)
-    }
 }
 
 impl Recorder {
@@ -171,6 +140,11 @@ impl Recorder {
     /// The tracers.
     pub fn tracers(&self) -> &[TracerPlan] {
         self.tracers.plans()
+    }
+
+    /// How many frames fell due, and were handed out unless frames are left out.
+    pub fn frames(&self) -> usize {
+        self.mass_balance.len()
     }
 
     /// The grid of the frames.

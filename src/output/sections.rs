@@ -16,7 +16,7 @@ pub struct Section {
 }
 
 /// What a section has seen; discharges are positive where the water crosses the line towards its left side, that is downstream.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct SectionResult {
     /// When the water came to the first of the cells that the line crosses, by the rule of the maps for the first threshold (s).
     pub arrival: Option<f64>,
@@ -29,7 +29,7 @@ pub struct SectionResult {
 }
 
 /// One section at one moment.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct SectionSample {
     /// Index of the section.
     pub section: usize,
@@ -54,7 +54,7 @@ pub struct SectionRecording {
 const NOTHING: f64 = 1e-6;
 
 /// Follows the sections of a run.
-#[derive(Debug)]
+#[derive(Debug, serde::Serialize, serde::Deserialize)]
 pub struct SectionRecorder {
     schedule: Schedule,
     time: f64,

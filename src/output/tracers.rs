@@ -13,7 +13,7 @@ use super::maxima::Maxima;
 use crate::lattice::{Lattice, WaterInCell, WaterOnLattice};
 
 /// A tracer, as the outputs name it.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct TracerPlan {
     /// Name.
     pub name: String,
@@ -26,7 +26,7 @@ pub struct TracerPlan {
 }
 
 /// The balance of a tracer at one moment: amounts, which are concentrations times cubic metres.
-#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct TracerBalance {
     /// Name.
     pub name: String,
@@ -51,7 +51,7 @@ pub struct TracerBalance {
 }
 
 /// The maps of a tracer, `[rows * columns]`, row 0 in the north; [`FILL`](super::FILL) where there is no value.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct TracerGrids {
     /// The tracer.
     pub plan: TracerPlan,
@@ -73,7 +73,7 @@ pub(super) struct TracerSeen {
 }
 
 /// Follows one tracer in all cells.
-#[derive(Debug)]
+#[derive(Debug, serde::Serialize, serde::Deserialize)]
 struct Followed {
     /// C at the step before.
     previous: Vec<f64>,
@@ -82,7 +82,7 @@ struct Followed {
 }
 
 /// Follows all tracers.
-#[derive(Debug)]
+#[derive(Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct Tracers {
     plans: Vec<TracerPlan>,
     columns: usize,

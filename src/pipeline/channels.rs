@@ -1,5 +1,7 @@
 //! The channels of a run: followed step by step, and written.
 
+use serde::{Deserialize, Serialize};
+
 use super::records::in_channels;
 use crate::error::Error;
 use crate::output::{
@@ -10,19 +12,21 @@ use crate::scenario::{OutputPart, Scenario};
 use crate::solver::FlowSolver;
 
 /// The channels while a run goes on.
-pub(super) struct Channels<'a> {
-    profiles: &'a [ChannelProfile],
-    recorder: ChannelRecorder<'a>,
+#[derive(Deserialize, Serialize)]
+pub(super) struct Channels {
+    profiles: Vec<ChannelProfile>,
+    recorder: ChannelRecorder,
     /// None where `channels.nc` is left out.
+    #[serde(skip)]
     writer: Option<ChannelsWriter>,
     has_tables: bool,
 }
 
-impl<'a> Channels<'a> {
+impl Channels {
     /// Takes the water at the start; none where there are no channels.
     pub fn start(
         scenario: &Scenario,
-        profiles: &'a [ChannelProfile],
+        profiles: &[ChannelProfile],
         solver: &dyn FlowSolver,
         folder: &RunFolder,
         head: FileHead<'_>,
@@ -38,11 +42,28 @@ impl<'a> Channels<'a> {
             threshold: outputs.thresholds[0],
             rise_on_wet: outputs.rise_on_wet,
         };
-        let start = || ChannelsWriter::start(folder, profiles, head);
+        let start = || ChannelsWriter::start(folder, profiles, head, 0);
         let mut writer = outputs.writes(OutputPart::Channels).then(start).transpose()?;
         let mut push = |frame: &ChannelFrame| writer.as_mut().map_or(Ok(()), |writer| writer.push(frame));
         let recorder = ChannelRecorder::start(profiles, plan, in_channels(solver), &mut push)?;
-        Ok(Some(Channels { profiles, recorder, writer, has_tables: outputs.writes(OutputPart::Tables) }))
+        Ok(Some(Channels {
+            profiles: profiles.to_vec(),
+            recorder,
+            writer,
+            has_tables: outputs.writes(OutputPart::Tables),
+        }))
+    }
+
+    /// Opens `channels.nc` again for channels that go on from a checkpoint.
+    pub fn reopen(&mut self, scenario: &Scenario, folder: &RunFolder, head: FileHead<'_>) -> Result<(), Error> {
+        let open = || ChannelsWriter::start(folder, &self.profiles, head, self.recorder.frames());
+        self.writer = scenario.outputs.writes(OutputPart::Channels).then(open).transpose()?;
+        Ok(())
+    }
+
+    /// Waits until all that was written is on the disk.
+    pub fn settle(&self) -> Result<(), Error> {
+        self.writer.as_ref().map_or(Ok(()), ChannelsWriter::settle)
     }
 
     /// Takes the water after a step.
@@ -53,12 +74,10 @@ impl<'a> Channels<'a> {
     }
 
     /// Writes the tables, closes `channels.nc`, and hands on what was recorded.
-    pub fn finish(self, folder: &RunFolder) -> Result<ChannelRecording, Error> {
-        self.writer.map_or(Ok(()), ChannelsWriter::finish)?;
+    pub fn finish(self, folder: &RunFolder) -> (ChannelRecording, Option<Error>) {
         let recording = self.recorder.finish();
-        if self.has_tables {
-            write_channels(folder, self.profiles, &recording)?;
-        }
-        Ok(recording)
+        let tables = if self.has_tables { write_channels(folder, &self.profiles, &recording) } else { Ok(()) };
+        let profiles = self.writer.map_or(Ok(()), ChannelsWriter::finish);
+        (recording, tables.and(profiles).err())
     }
 }

@@ -56,10 +56,14 @@ impl Clock {
         self.phases = vec![(name.to_owned(), self.start.elapsed().as_secs_f64())];
     }
 
-    /// Writes what was measured into the manifest.
-    pub fn note(&self, manifest: &mut RunManifest) {
-        manifest.wall_s = self.start.elapsed().as_secs_f64();
-        manifest.cpu_s = processor_seconds();
+    /// Time on the clock and of the processors (s) so far, with those of a run before it went on.
+    pub fn so_far(&self, (wall, cpu): (f64, f64)) -> (f64, f64) {
+        (wall + self.start.elapsed().as_secs_f64(), cpu + processor_seconds())
+    }
+
+    /// Writes what was measured into the manifest; the phases are those since the run went on.
+    pub fn note(&self, manifest: &mut RunManifest, before: (f64, f64)) {
+        (manifest.wall_s, manifest.cpu_s) = self.so_far(before);
         manifest.peak_rss_mb = memory_mib();
         manifest.phase_s = self.phases.iter().cloned().collect();
     }
@@ -97,7 +101,7 @@ mod tests {
         }
         clock.lap("second");
         let mut manifest = RunManifest::default();
-        clock.note(&mut manifest);
+        clock.note(&mut manifest, (0.0, 0.0));
         let time = |name: &str| manifest.phase_s[name];
         assert_eq!(manifest.phase_s.len(), 4);
         assert!((time("first") + time("second")) / manifest.wall_s > 0.9);

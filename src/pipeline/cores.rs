@@ -9,6 +9,7 @@ use crate::solver::variational::{MovingMethods, VariationalSolver};
 use crate::solver::{EulerianMethods, EulerianSolver, FlowProblem, FlowSolver};
 
 /// A core of either formulation.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub enum Core {
     /// Cells, that rest or move.
     Balanced(Box<EulerianSolver>),
@@ -59,6 +60,14 @@ impl Core {
         }
     }
 
+    /// The core as one that is looked at.
+    pub fn as_flow(&self) -> &dyn FlowSolver {
+        match self {
+            Core::Balanced(solver) => solver.as_ref(),
+            Core::Variational(solver) => solver.as_ref(),
+        }
+    }
+
     /// The core as one that takes steps.
     pub fn flow(&mut self) -> &mut dyn FlowSolver {
         match self {
@@ -85,21 +94,26 @@ pub fn seeds(scenario: &Scenario, problem: &FlowProblem, still: &StillWater, lev
     }
 }
 
-/// The core of the scenario's formulation and motion, with the velocity (m/s) of the water of each cell; it is at rest when there is none.
+/// The core of the scenario's formulation and motion as one that takes steps.
 pub fn build(
     scenario: &Scenario,
     problem: FlowProblem,
     seeds: Vec<FluidSeed>,
     velocity: &[Vec2],
 ) -> Box<dyn FlowSolver> {
+    match with_velocity(scenario, problem, seeds, velocity) {
+        Core::Balanced(solver) => solver,
+        Core::Variational(solver) => solver,
+    }
+}
+
+/// The core of the scenario's formulation and motion, with the velocity (m/s) of the water of each cell; it is at rest when there is none.
+pub fn with_velocity(scenario: &Scenario, problem: FlowProblem, seeds: Vec<FluidSeed>, velocity: &[Vec2]) -> Core {
     let lattice = problem.bed.lattice.clone();
     let at = |place: Vec2| lattice.cell_at(place).and_then(|cell| velocity.get(cell)).copied().unwrap_or_default();
     let mut core = Core::new(&scenario.numerics, problem, || seeds, Dimension::Two);
     if !velocity.is_empty() {
         core.set_velocity(&at);
     }
-    match core {
-        Core::Balanced(solver) => solver,
-        Core::Variational(solver) => solver,
-    }
+    core
 }

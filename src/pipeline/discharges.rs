@@ -6,6 +6,7 @@ use crate::output::{DischargeRecord, WorstDischarge};
 use crate::solver::{DischargeCheck, DischargesInDoubt};
 
 /// The sums of a run so far.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub(super) struct Discharges {
     origin: Vec2,
     carried: f64,

@@ -5,55 +5,55 @@
 mod budget;
 mod by_level;
 mod channels;
+mod checkpoints;
 pub(crate) mod clock;
 pub(crate) mod cores;
 mod discharges;
 mod downstream;
 mod levels;
 mod looks;
+mod one_run;
+mod origin;
 mod outputs;
 mod part;
 mod plan;
 mod progress;
 mod recorders;
 mod records;
+mod resume;
 mod scout;
 mod second_run;
 mod seeding;
+mod signals;
 mod stages;
 mod steps;
 mod summary;
 mod unseen_flow;
 mod verdict;
 
-use std::ops::ControlFlow;
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::AtomicUsize;
 
-use crate::calendar::utc_now;
 use crate::error::{Error, NumericalFailure, Problem, ProblemKind, sort_problems};
-use crate::output::{
-    ChannelGaugeResult, FieldsWriter, Provenance, RecorderPlan, Recording, RunFolder, RunManifest, SectionResult,
-};
+use crate::output::{ChannelGaugeResult, Recording, RunFolder, RunManifest, SectionResult};
 use crate::prepare::{Runnable, Scene, Setup, in_folder, prepare};
 use crate::scenario::methods::Motion;
 use crate::scenario::{Part, Scenario};
 use crate::seeding::SeededVolume;
 use crate::solver::{FlowSolver, Ledger};
-use crate::version;
 use budget::Chosen;
+use checkpoints::{Before, Checkpoints, State};
 use clock::Clock;
+use origin::Origin;
 use part::Sides;
 pub use plan::{Advice, Measured, Plan, PlanOptions, plan};
-use progress::Progress;
-use recorders::Recorders;
-use records::{first_manifest, passages, still_water_records};
+use records::{first_manifest, still_water_records};
+use resume::Resumed;
+pub use resume::{ResumeOptions, resume};
 use second_run::SecondRun;
 use seeding::seeding_warnings;
+use signals::Signals;
 pub(crate) use stages::flow_problem;
 use stages::recorder_plan;
-use steps::watch_signals;
 pub use summary::RunSummary;
 
 /// What the planner asks of a run beyond the scenario.
@@ -69,6 +69,8 @@ pub struct RunOptions {
     pub quiet: bool,
     /// The command line as typed, for the record of the run.
     pub command: String,
+    /// What was set beside the scenario file, as `key=value`.
+    pub overrides: Vec<String>,
 }
 
 /// The phase of the steps in `run.json`; its parts are those of the core, and the recording.
@@ -93,7 +95,7 @@ pub fn check(scenario: &Scenario) -> Vec<Problem> {
 /// `Error::Problems` before anything is written when the scenario or its data are refused; later `Error::Numerical`,
 /// `Error::Stopped`, `Error::Gate` with the results up to there in the folder, and `Error::Output`.
 pub fn run(scenario: &Scenario, options: &RunOptions) -> Result<RunSummary, Error> {
-    thread_pool(options.threads)?.install(|| run_on_threads(scenario, options))
+    thread_pool(options.threads)?.install(|| run_on_threads(scenario, options, None))
 }
 
 /// More threads than this no machine has; to start them would take minutes.
@@ -111,13 +113,22 @@ pub(crate) fn thread_pool(threads: Option<usize>) -> Result<rayon::ThreadPool, E
         .map_err(|cause| Error::Internal(format!("the threads could not be started: {cause}")))
 }
 
-fn run_on_threads(scenario: &Scenario, options: &RunOptions) -> Result<RunSummary, Error> {
+/// Runs a scenario, from its start or from where it was cut off.
+fn run_on_threads(scenario: &Scenario, options: &RunOptions, resumed: Option<Resumed>) -> Result<RunSummary, Error> {
     let mut clock = Clock::start();
-    let mut chosen = budget::choose(&part::choose(scenario).map_err(Error::Problems)?)?;
+    let mut chosen = match &resumed {
+        Some(Resumed { origin, state: Some(state), .. }) => Chosen {
+            scenario: state.decided.apply(scenario),
+            record: origin.choice.clone(),
+            warnings: origin.warnings.clone(),
+        },
+        _ => budget::choose(&part::choose(scenario).map_err(Error::Problems)?)?,
+    };
     clock.lap("part of the terrain and resolution");
-    let (mut options, mut reported, signal) = (options.clone(), Vec::new(), watch_signals()?);
+    let (mut options, mut session) =
+        (options.clone(), Session { reported: Vec::new(), signals: Signals::watch()?, resumed });
     loop {
-        match run_once(&chosen, (&options, &mut reported, &signal), clock)? {
+        match run_once(&chosen, &options, &mut session, clock)? {
             Outcome::Done(summary) => return Ok(*summary),
             Outcome::Beyond { wider, clock: so_far, why } => {
                 clock = so_far;
@@ -142,45 +153,58 @@ enum Outcome {
     },
 }
 
+/// What goes through the runs of one command.
+struct Session {
+    /// The warnings that were reported.
+    reported: Vec<Problem>,
+    signals: Signals,
+    /// From where the first of them goes on, where it does.
+    resumed: Option<Resumed>,
+}
+
+impl Session {
+    /// Reports the warnings that were not reported before.
+    fn report(&mut self, warnings: &[Problem]) {
+        for problem in warnings {
+            if !self.reported.contains(problem) {
+                eprintln!("{problem}");
+                self.reported.push(problem.clone());
+            }
+        }
+    }
+}
+
 /// Runs a scenario on the part of its terrain, or on all of it; reports the warnings that were not reported before.
-fn run_once(
-    chosen: &Chosen,
-    (options, reported, signal): (&RunOptions, &mut Vec<Problem>, &Arc<AtomicUsize>),
-    mut clock: Clock,
-) -> Result<Outcome, Error> {
+fn run_once(chosen: &Chosen, options: &RunOptions, session: &mut Session, mut clock: Clock) -> Result<Outcome, Error> {
     let Chosen { scenario, record: choice, warnings: of_choice } = chosen;
-    let out = options.out.clone().unwrap_or_else(|| scenario.outputs.folder.value.clone());
-    let mut prepared = prepare(scenario);
-    prepared.problems.extend(RunFolder::inspect(&out, options.overwrite).map(|p| as_written(p, scenario, options)));
-    prepared.problems.extend(in_folder(&prepared.inputs, &out));
-    sort_problems(&mut prepared.problems);
-    let Runnable { setup, mut warnings, inputs } = prepared.into_runnable()?;
+    let resumed = session.resumed.take();
+    let Runnable { setup, mut warnings, inputs } = runnable(scenario, options, resumed.as_ref())?;
     let (setup, settled) = levels::settle(scenario, setup);
     let of_levels = settled.records(scenario, &setup.bed);
     clock.lap("inputs, bed and seeding");
     warnings.extend(of_choice.iter().cloned().chain(seeding_warnings(scenario, &setup)));
-    let second = error_estimate(scenario, &mut warnings);
-    for problem in &warnings {
-        if !reported.contains(problem) {
-            eprintln!("{problem}");
-            reported.push(problem.clone());
+    session.report(&warnings);
+    let Resumed { folder, origin, mut state, is_for_outputs } = match resumed {
+        Some(resumed) => resumed,
+        None => {
+            let folder = make_folder(scenario, options)?;
+            let origin = Origin::new(scenario, options, &inputs, (choice, of_choice));
+            Resumed::at_start(folder, (origin, scenario.limits.checkpoint.is_some()))?
         }
-    }
-
-    let folder = RunFolder::create(&out, options.overwrite).map_err(|error| match error {
-        Error::Problems(found) => {
-            Error::Problems(found.into_iter().map(|problem| as_written(problem, scenario, options)).collect())
-        }
-        other => other,
-    })?;
+    };
+    session.signals.write_to(folder.path());
+    let second = match state.as_mut().and_then(|state| state.second.take()) {
+        Some(second) => Some(second),
+        None => error_estimate(scenario, &mut warnings),
+    };
     let problem = flow_problem(scenario, &setup, setup.bed.clone());
     let seeds = cores::seeds(scenario, &problem, &setup.still_water, &setup.scene.levels());
     let moving = summary::MovingAtStart::of(&seeds);
-    let solver = cores::build(scenario, problem, seeds, &setup.initial_velocity);
-    let in_vain = nothing_moves(scenario, solver.as_ref());
-    in_vain.iter().for_each(|problem| eprintln!("{problem}"));
-    warnings.extend(in_vain);
-    let mut manifest = first_manifest(scenario, options, (&inputs, &warnings), (&setup, of_levels));
+    let at_start = || cores::with_velocity(scenario, problem, seeds, &setup.initial_velocity);
+    let State { core, recorders, before, steps, .. } = state.unwrap_or_else(|| State::at_start(scenario, at_start()));
+    warnings.extend(nothing_moves(scenario, core.as_flow()));
+    session.report(&warnings);
+    let mut manifest = first_manifest(scenario, &origin, &warnings, (&setup, of_levels));
     let sides = Sides::of(scenario, &setup.bed);
     let Setup { bed, still_water, pixels, scene, .. } = setup;
     let seeded = still_water.into_volumes();
@@ -189,6 +213,10 @@ fn run_once(
     manifest.still_water = still_water_records(&scene.waters, &seeded);
     let plan = recorder_plan(scenario, &scene, bed, pixels);
     let run = Run {
+        origin,
+        checkpoints: Checkpoints::new(scenario.limits.checkpoint),
+        before,
+        is_for_outputs,
         manifest,
         scenario,
         folder,
@@ -199,9 +227,36 @@ fn run_once(
         clock,
         second,
         sides,
-        signal: Arc::clone(signal),
+        signals: &session.signals,
     };
-    run.execute(solver, plan, !options.quiet)
+    run.execute(core, (recorders, steps), plan, !options.quiet)
+}
+
+/// What a run is prepared from, without errors: neither in the scene, nor with its folder, nor, where it goes on, with inputs that have changed.
+fn runnable(scenario: &Scenario, options: &RunOptions, resumed: Option<&Resumed>) -> Result<Runnable, Error> {
+    let out = folder_of(scenario, options);
+    let mut prepared = prepare(scenario);
+    prepared.problems.extend(match resumed {
+        Some(resumed) => resume::changed(&resumed.origin, &prepared.inputs),
+        None => RunFolder::inspect(&out, options.overwrite).map(|p| as_written(p, scenario, options)),
+    });
+    prepared.problems.extend(in_folder(&prepared.inputs, &out));
+    sort_problems(&mut prepared.problems);
+    prepared.into_runnable()
+}
+
+fn folder_of(scenario: &Scenario, options: &RunOptions) -> PathBuf {
+    options.out.clone().unwrap_or_else(|| scenario.outputs.folder.value.clone())
+}
+
+/// The folder of a run that begins.
+fn make_folder(scenario: &Scenario, options: &RunOptions) -> Result<RunFolder, Error> {
+    RunFolder::create(&folder_of(scenario, options), options.overwrite).map_err(|error| match error {
+        Error::Problems(found) => {
+            Error::Problems(found.into_iter().map(|problem| as_written(problem, scenario, options)).collect())
+        }
+        other => other,
+    })
 }
 
 /// Warns where cells are to move and none does.
@@ -251,13 +306,29 @@ struct Run<'a> {
     clock: Clock,
     second: Option<SecondRun>,
     sides: Option<Sides>,
-    signal: Arc<AtomicUsize>,
+    signals: &'a Signals,
+    origin: Origin,
+    checkpoints: Checkpoints,
+    before: Before,
+    /// Whether no step is taken.
+    is_for_outputs: bool,
 }
 
 /// Why the loop of steps ended before its time.
 enum Early {
     Failed(NumericalFailure),
     Signal(i32),
+    /// A file that grows could not be written.
+    Unwritten(Error),
+    /// No step was asked for.
+    NoStep,
+}
+
+impl Early {
+    /// Whether the run may go on later.
+    fn may_go_on(&self) -> bool {
+        !matches!(self, Early::Failed(_))
+    }
 }
 
 /// What a run came to.
@@ -267,88 +338,6 @@ struct Computed {
     sections: Vec<SectionResult>,
     channel_gauges: Vec<ChannelGaugeResult>,
     early: Option<Early>,
-}
-
-impl Run<'_> {
-    /// Computes, writes everything, and judges the result; `run.json` says so where files cannot be written.
-    fn execute(mut self, solver: Box<dyn FlowSolver>, plan: RecorderPlan, show: bool) -> Result<Outcome, Error> {
-        match self.compute_and_write(solver, plan, show) {
-            Ok(ControlFlow::Break(wider)) => {
-                let why = part::larger(wider, self.manifest.simulated_s);
-                // Where the larger part is refused, this run has failed.
-                let _ = self.manifest.failed(&self.folder, Error::Problems(vec![why.clone()]));
-                self.clock.join_phases("on a smaller part of the terrain");
-                Ok(Outcome::Beyond { wider, clock: self.clock, why: Box::new(why) })
-            }
-            Ok(ControlFlow::Continue(computed)) => {
-                self.finish(computed).map(|summary| Outcome::Done(Box::new(summary)))
-            }
-            Err(error) => Err(self.manifest.failed(&self.folder, error)),
-        }
-    }
-
-    /// Computes, and writes all results but `run.json`; breaks off with a larger part of the terrain where the water asks for it.
-    fn compute_and_write(
-        &mut self,
-        mut solver: Box<dyn FlowSolver>,
-        plan: RecorderPlan,
-        show: bool,
-    ) -> Result<ControlFlow<Part, Computed>, Error> {
-        self.folder.write("scenario.resolved.yaml", self.scenario.to_yaml().as_bytes())?;
-        self.manifest.write(&self.folder)?;
-        let provenance = self.provenance();
-        let mut progress = Progress::new(self.scenario.end_time, &self.scene.lattice, show);
-        let of_channels = self.scene.channels.clone();
-        let mut recorders = Recorders::open(self, &of_channels, &provenance, plan, solver.as_ref())?;
-        let early = match self.compute(solver.as_mut(), &mut recorders, &mut progress)? {
-            ControlFlow::Continue(early) => early,
-            ControlFlow::Break(wider) => return Ok(ControlFlow::Break(wider)),
-        };
-        let ledger = solver.ledger();
-        self.manifest.boundaries = passages(solver.as_ref(), self.scenario, &self.scene);
-        // The outputs take memory of their own.
-        drop(solver);
-        self.clock.part("rest");
-        self.clock.lap(COMPUTE);
-
-        let Recorders { plane, fields, sections, channels, tracers, .. } = recorders;
-        let (has_plane, grid) = (!plane.grid().is_empty(), plane.grid_of_maps().clone());
-        let mut recording = plane.finish();
-        if self.scenario.outputs.needs_maxima() {
-            recording.maps.ground_source = grid.ground_source(&self.scene.ground_source);
-            recording.maps.resolution = levels::resolution(&self.scene.lattice, &grid, &recording.maps);
-            if let Some(second) = self.second.take() {
-                self.manifest.error_estimate = Some(second.compare(&grid, &mut recording.maps));
-            }
-        }
-        self.clock.part("grids of the maps");
-        let sections = sections.finish(&recording.section_arrivals);
-        fields.map_or(Ok(()), FieldsWriter::finish)?;
-        self.clock.part("fields");
-        if has_plane {
-            self.write_plane(&grid, &provenance, &recording, &sections)?;
-        }
-        self.write_sections(&provenance, &sections)?;
-        let in_channels = channels.map(|channels| channels.finish(&self.folder)).transpose()?.unwrap_or_default();
-        self.manifest.above_banks = in_channels.above_banks;
-        self.write_tables(&recording, &sections, &tracers)?;
-        self.clock.part("tables");
-        self.clock.lap("outputs");
-        let channel_gauges = in_channels.gauge_results;
-        Ok(ControlFlow::Continue(Computed { ledger, recording, sections: sections.results, channel_gauges, early }))
-    }
-
-    fn provenance(&self) -> Provenance {
-        let now = utc_now();
-        Provenance {
-            title: self.scenario.title.clone(),
-            institution: String::new(),
-            source: format!("floodsim {} ({})", version::VERSION, version::COMMIT),
-            history: format!("{now} {}", self.manifest.command),
-            references: String::new(),
-            comment: String::new(),
-            date_created: now,
-            reference_time: self.scenario.reference_time,
-        }
-    }
+    /// The first file that could not be written.
+    unwritten: Option<Error>,
 }

@@ -1,17 +1,64 @@
 //! The files of a run besides its record: maps, sections and tables, as far as the scenario wants them.
 
-use super::Run;
+use super::levels;
+use super::recorders::Recorders;
+use super::{Computed, Early, Run};
 use crate::error::Error;
 use crate::output::{
-    FileHead, Findings, OutputGrid, Provenance, Recording, SectionRecording, TracerBalance, write_cogs, write_gauges,
-    write_geopackage, write_maps, write_mass_balance, write_passages, write_section_file, write_section_tables,
-    write_tracers,
+    FieldsWriter, FileHead, Findings, OutputGrid, Provenance, Recording, SectionRecording, TracerBalance, write_cogs,
+    write_gauges, write_geopackage, write_maps, write_mass_balance, write_passages, write_section_file,
+    write_section_tables, write_tracers,
 };
 use crate::scenario::OutputPart;
+use crate::solver::Ledger;
+
+/// The first error of several attempts, all of which were made.
+fn first_error<const N: usize>(attempts: [Result<(), Error>; N]) -> Result<(), Error> {
+    attempts.into_iter().collect()
+}
 
 impl Run<'_> {
+    /// Writes all results but `run.json`, each whether or not another one could be written; the frames, which are the most, last.
+    pub(super) fn write_outputs(
+        &mut self,
+        recorders: Recorders,
+        provenance: &Provenance,
+        (ledger, early): (Ledger, Option<Early>),
+    ) -> Computed {
+        let Recorders { plane, fields, sections, channels, tracers, .. } = recorders;
+        let (has_plane, grid) = (!plane.grid().is_empty(), plane.grid_of_maps().clone());
+        let mut recording = plane.finish();
+        if self.scenario.outputs.needs_maxima() {
+            recording.maps.ground_source = grid.ground_source(&self.scene.ground_source);
+            recording.maps.resolution = levels::resolution(&self.scene.lattice, &grid, &recording.maps);
+            if let Some(second) = self.second.take() {
+                self.manifest.error_estimate = Some(second.compare(&grid, &mut recording.maps));
+            }
+        }
+        self.clock.part("grids of the maps");
+        let sections = sections.finish(&recording.section_arrivals);
+        let of_plane = if has_plane { self.write_plane(&grid, provenance, &recording, &sections) } else { Ok(()) };
+        let of_sections = self.write_sections(provenance, &sections);
+        let tables = self.write_tables(&recording, &sections, &tracers);
+        self.clock.part("tables");
+        let (in_channels, of_channels) =
+            channels.map_or_else(Default::default, |channels| channels.finish(&self.folder));
+        self.manifest.above_banks = in_channels.above_banks;
+        let so_far = first_error([of_plane, of_sections, tables, of_channels.map_or(Ok(()), Err)]);
+        let frames = fields.map_or(Ok(()), FieldsWriter::finish);
+        self.clock.part("fields");
+        Computed {
+            ledger,
+            recording,
+            sections: sections.results,
+            channel_gauges: in_channels.gauge_results,
+            early,
+            unwritten: first_error([so_far, frames]).err(),
+        }
+    }
+
     /// The maps, and all else that is drawn or read on the plane.
-    pub(super) fn write_plane(
+    fn write_plane(
         &mut self,
         grid: &OutputGrid,
         provenance: &Provenance,
@@ -22,35 +69,31 @@ impl Run<'_> {
         let head = FileHead { crs, provenance };
         let rise_on_wet = outputs.rise_on_wet;
         let maps = &recording.maps;
-        if outputs.writes(OutputPart::Maps) {
-            write_maps(&self.folder, grid, head, maps, recording.end_time, rise_on_wet)?;
-            self.clock.part("maps");
-        }
-        if outputs.writes(OutputPart::Cog) {
-            write_cogs(&self.folder, grid, head, maps, rise_on_wet)?;
-            self.clock.part("cog");
-        }
-        if outputs.writes(OutputPart::Gpkg) {
-            let findings = Findings {
-                gauges: &self.scene.gauges,
-                ridges: &self.scene.ridges,
-                banks: &self.scene.banks,
-                sections: &self.scene.sections,
-                section_results: &sections.results,
-                isochrones: &outputs.isochrones,
-                problems: &self.warnings,
-            };
-            write_geopackage(&self.folder, grid, crs, recording, &findings)?;
-            self.clock.part("gpkg");
-        }
-        if outputs.writes(OutputPart::Tables) {
-            write_gauges(&self.folder, &self.scene.gauges, recording)?;
-        }
-        Ok(())
+        let folder = &self.folder;
+        let mut attempt = |part: OutputPart, write: &dyn Fn() -> Result<(), Error>| {
+            let written = if outputs.writes(part) { write() } else { Ok(()) };
+            self.clock.part(part.name());
+            written
+        };
+        let findings = Findings {
+            gauges: &self.scene.gauges,
+            ridges: &self.scene.ridges,
+            banks: &self.scene.banks,
+            sections: &self.scene.sections,
+            section_results: &sections.results,
+            isochrones: &outputs.isochrones,
+            problems: &self.warnings,
+        };
+        first_error([
+            attempt(OutputPart::Maps, &|| write_maps(folder, grid, head, maps, recording.end_time, rise_on_wet)),
+            attempt(OutputPart::Tables, &|| write_gauges(folder, &self.scene.gauges, recording)),
+            attempt(OutputPart::Gpkg, &|| write_geopackage(folder, grid, crs, recording, &findings)),
+            attempt(OutputPart::Cog, &|| write_cogs(folder, grid, head, maps, rise_on_wet)),
+        ])
     }
 
     /// `sections.nc`, where it is wanted.
-    pub(super) fn write_sections(&self, provenance: &Provenance, sections: &SectionRecording) -> Result<(), Error> {
+    fn write_sections(&self, provenance: &Provenance, sections: &SectionRecording) -> Result<(), Error> {
         if self.scenario.outputs.writes(OutputPart::Sections) {
             let head = FileHead { crs: &self.scene.crs, provenance };
             write_section_file(&self.folder, head, &self.scene.sections, sections)?;
@@ -59,17 +102,19 @@ impl Run<'_> {
     }
 
     /// The tables of sections, volume balance, and inflow and outflow, where they are wanted.
-    pub(super) fn write_tables(
+    fn write_tables(
         &self,
         recording: &Recording,
         sections: &SectionRecording,
         tracers: &[TracerBalance],
     ) -> Result<(), Error> {
         if self.scenario.outputs.writes(OutputPart::Tables) {
-            write_section_tables(&self.folder, &self.scene.sections, sections)?;
-            write_mass_balance(&self.folder, recording)?;
-            write_passages(&self.folder, &self.manifest.boundaries)?;
-            write_tracers(&self.folder, tracers)?;
+            return first_error([
+                write_section_tables(&self.folder, &self.scene.sections, sections),
+                write_mass_balance(&self.folder, recording),
+                write_passages(&self.folder, &self.manifest.boundaries),
+                write_tracers(&self.folder, tracers),
+            ]);
         }
         Ok(())
     }

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use crate::lattice::Lattice;
 use crate::output::{RunManifest, StepLengths};
-use crate::solver::StepChoice;
+use crate::solver::{StepChoice, StepLimit};
 
 /// A line of progress now and then: one that is written over on a terminal, plain lines elsewhere.
 pub struct Progress {
@@ -71,10 +71,10 @@ pub fn clock_time(seconds: f64) -> String {
 }
 
 /// Lengths and limits of the steps of a run.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, serde::Serialize, serde::Deserialize)]
 pub struct StepStatistics {
     lengths: Vec<f32>,
-    limiters: BTreeMap<&'static str, u64>,
+    limiters: BTreeMap<StepLimit, u64>,
     max_speed: f64,
     peak_particles: usize,
 }
@@ -83,7 +83,7 @@ impl StepStatistics {
     /// Counts one step.
     pub fn count(&mut self, choice: &StepChoice, particles: usize) {
         self.lengths.push(choice.time_step as f32);
-        *self.limiters.entry(choice.limit.name()).or_default() += 1;
+        *self.limiters.entry(choice.limit).or_default() += 1;
         self.max_speed = self.max_speed.max(choice.max_speed);
         self.peak_particles = self.peak_particles.max(particles);
     }
@@ -94,9 +94,9 @@ impl StepStatistics {
         let length = |index: usize| self.lengths.get(index).map_or(0.0, |length| f64::from(*length));
         let steps = self.lengths.len();
         manifest.dt_s = StepLengths { min: length(0), median: length(steps / 2), max: length(steps.saturating_sub(1)) };
-        manifest.limiters = self.limiters.iter().map(|(name, count)| ((*name).to_owned(), *count)).collect();
+        manifest.limiters = self.limiters.iter().map(|(name, count)| (name.name().to_owned(), *count)).collect();
         manifest.max_speed_m_s = self.max_speed;
-        manifest.particles.peak = self.peak_particles.max(manifest.particles.initial);
+        manifest.particles.peak = self.peak_particles;
     }
 }
 

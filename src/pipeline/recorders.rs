@@ -1,5 +1,7 @@
 //! All that follows the water of a run from step to step: maps, frames and gauges, sections, channels, discharges.
 
+use serde::{Deserialize, Serialize};
+
 use super::Run;
 use super::channels::Channels;
 use super::clock::Clock;
@@ -7,10 +9,8 @@ use super::discharges::Discharges;
 use super::records::{balance, tracer_balances};
 use super::stages::recorder_of;
 use crate::error::Error;
-use crate::output::{
-    ChannelProfile, FieldsWriter, FileHead, Provenance, Recorder, RecorderPlan, SectionRecorder, TracerBalance,
-};
-use crate::scenario::OutputPart;
+use crate::output::{FieldsWriter, FileHead, Provenance, Recorder, RecorderPlan, SectionRecorder, TracerBalance};
+use crate::scenario::{OutputPart, Scenario};
 use crate::solver::FlowSolver;
 
 /// Parts of the steps in `run.json`: the sum of all water, and what the recorder of maps, frames and gauges does.
@@ -19,26 +19,27 @@ const BALANCE: &str = "water balance";
 const RECORDING: &str = "recording";
 
 /// The recorders of a run.
-pub(super) struct Recorders<'a> {
+#[derive(Deserialize, Serialize)]
+pub(super) struct Recorders {
     /// Maps, frames and gauges of the plane.
     pub plane: Recorder,
     /// `fields.nc`; none where it is left out.
+    #[serde(skip)]
     pub fields: Option<FieldsWriter>,
     /// The cross-sections.
     pub sections: SectionRecorder,
     /// The channels, where there are any.
-    pub channels: Option<Channels<'a>>,
+    pub channels: Option<Channels>,
     /// Whether the particles carry what passes between them.
     pub discharges: Discharges,
     /// The balance of the tracers at the frames.
     pub tracers: Vec<TracerBalance>,
 }
 
-impl<'a> Recorders<'a> {
+impl Recorders {
     /// Opens the files that grow during the run; takes the water of the channels.
     pub fn open(
         run: &Run<'_>,
-        profiles: &'a [ChannelProfile],
         provenance: &Provenance,
         plan: RecorderPlan,
         solver: &dyn FlowSolver,
@@ -46,11 +47,10 @@ impl<'a> Recorders<'a> {
         let Run { scenario, scene, folder, .. } = run;
         let (outputs, head) = (&scenario.outputs, FileHead { crs: &scene.crs, provenance });
         let plane = recorder_of(scenario, plan);
-        let is_written = !plane.grid().is_empty() && outputs.writes(OutputPart::Fields);
-        let start_fields = || FieldsWriter::start(folder, plane.grid(), head, plane.tracers());
-        let fields = is_written.then(start_fields).transpose()?;
+        let start_fields = || FieldsWriter::start(folder, plane.grid(), head, plane.tracers(), 0);
+        let fields = Self::has_fields(&plane, scenario).then(start_fields).transpose()?;
         let sections = SectionRecorder::new(scene.sections.len(), outputs.gauges_every, scenario.end_time);
-        let channels = Channels::start(scenario, profiles, solver, folder, head)?;
+        let channels = Channels::start(scenario, &scene.channels, solver, folder, head)?;
         Ok(Recorders {
             plane,
             fields,
@@ -59,6 +59,26 @@ impl<'a> Recorders<'a> {
             discharges: Discharges::new(&scene.lattice),
             tracers: Vec::new(),
         })
+    }
+
+    /// Opens the files again of a run that goes on from a checkpoint.
+    pub fn reopen(&mut self, run: &Run<'_>, provenance: &Provenance) -> Result<(), Error> {
+        let Run { scenario, scene, folder, .. } = run;
+        let head = || FileHead { crs: &scene.crs, provenance };
+        let plane = &self.plane;
+        let start = || FieldsWriter::start(folder, plane.grid(), head(), plane.tracers(), plane.frames());
+        self.fields = Self::has_fields(plane, scenario).then(start).transpose()?;
+        self.channels.as_mut().map_or(Ok(()), |channels| channels.reopen(scenario, folder, head()))
+    }
+
+    fn has_fields(plane: &Recorder, scenario: &Scenario) -> bool {
+        !plane.grid().is_empty() && scenario.outputs.writes(OutputPart::Fields)
+    }
+
+    /// Waits until all that was handed to files is on the disk.
+    pub fn settle(&mut self) -> Result<(), Error> {
+        self.fields.as_mut().map_or(Ok(()), FieldsWriter::settle)?;
+        self.channels.as_ref().map_or(Ok(()), Channels::settle)
     }
 
     /// Takes the water of the plane at the start.
@@ -88,6 +108,19 @@ impl<'a> Recorders<'a> {
         is_frame_due
     }
 
+    /// Takes the water after a step; that of the plane where it is recorded, with or without its balance.
+    pub fn after(
+        &mut self,
+        solver: &mut dyn FlowSolver,
+        is_recorded: Option<bool>,
+        clock: &mut Clock,
+    ) -> Result<(), Error> {
+        if let Some(needs_balance) = is_recorded {
+            self.record(solver, needs_balance, clock)?;
+        }
+        self.after_step(solver, clock)
+    }
+
     /// Takes the water of the plane at a record.
     pub fn record(&mut self, solver: &mut dyn FlowSolver, needs_balance: bool, clock: &mut Clock) -> Result<(), Error> {
         let Recorders { plane, fields, discharges, tracers, .. } = self;
@@ -109,7 +142,7 @@ impl<'a> Recorders<'a> {
     }
 
     /// Takes what passed the sections and the water of the channels after a step.
-    pub fn after_step(&mut self, solver: &dyn FlowSolver, clock: &mut Clock) -> Result<(), Error> {
+    fn after_step(&mut self, solver: &dyn FlowSolver, clock: &mut Clock) -> Result<(), Error> {
         let passed = solver.sections().iter().map(|flow| (flow.discharge, flow.volume));
         self.sections.step(solver.time(), passed);
         if let Some(channels) = &mut self.channels {

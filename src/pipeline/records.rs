@@ -2,15 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use super::RunOptions;
+use super::origin::Origin;
 use crate::bed::BedParticles;
 use crate::gate::Gate;
 use crate::math::{Vec2, simd};
 use crate::output::{
-    BanksRecord, BreachRecord, CellsInPartRecord, ChannelWater, DischargeRecord, HotStart, InputFile, LevelRecord,
+    BanksRecord, BreachRecord, CellsInPartRecord, ChannelWater, DischargeRecord, HotStart, LevelRecord,
     MovingBedRecord, PassageRecord, RunManifest, StillWaterRecord, TracerBalance, TracerPlan, Volumes, WarningRecord,
 };
-use crate::prepare::{Scene, Setup, StillBody, sha256};
+use crate::prepare::{Scene, Setup, StillBody};
 use crate::scenario::Scenario;
 use crate::seeding::SeededVolume;
 use crate::solver::{BedMotion, Breach, ChannelSample, FlowSolver, GrowthLaw, Opening, Passage, TracerLedger, Way};
@@ -163,14 +163,10 @@ pub(super) fn moving_bed_record(motions: &[BedMotion], solver: &dyn FlowSolver) 
 /// What is known of the run before its first step.
 pub(super) fn first_manifest(
     scenario: &Scenario,
-    options: &RunOptions,
-    (inputs, warnings): (&[crate::prepare::InputFile], &[crate::error::Problem]),
+    origin: &Origin,
+    warnings: &[crate::error::Problem],
     (setup, levels): (&Setup, Vec<LevelRecord>),
 ) -> RunManifest {
-    let input = |file: &crate::prepare::InputFile| InputFile {
-        path: file.path.display().to_string(),
-        sha256: file.sha256.clone(),
-    };
     let hot_start = scenario
         .start
         .earlier
@@ -180,11 +176,11 @@ pub(super) fn first_manifest(
         hot_start,
         version: version::VERSION.to_owned(),
         git: (version::COMMIT != "unknown").then(|| version::COMMIT.to_owned()),
-        command: options.command.clone(),
+        command: origin.command.clone(),
         threads: rayon::current_num_threads(),
         simd: simd().to_owned(),
-        scenario_sha256: sha256(&scenario.file).unwrap_or_default(),
-        inputs: inputs.iter().map(input).collect(),
+        scenario_sha256: origin.scenario_sha256.clone(),
+        inputs: origin.inputs.clone(),
         warnings: warnings.iter().map(WarningRecord::from).collect(),
         methods: scenario.numerics.acting().into_iter().map(|(family, name)| (family.to_owned(), name)).collect(),
         bed_particles: setup.bed.elevation.iter().filter(|z| !z.is_nan()).count(),

@@ -20,6 +20,7 @@ use super::steps::step_towards;
 use super::{clock, cores, levels};
 
 /// The maps of a run on wider cells.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub(super) struct SecondRun {
     grid: OutputGrid,
     maps: GridMaps,

@@ -1,14 +1,12 @@
-//! The loop of steps, and the signals that end it.
+//! The loop of steps, and its end at a signal.
 
 use std::ops::ControlFlow;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
-
+use super::cores::Core;
 use super::progress::{Progress, StepStatistics};
 use super::recorders::Recorders;
 use super::records::{balance, breach_record, moving_bed_record, tracer_balances};
+use super::verdict::stopped;
 use super::{Early, Run};
 use crate::error::Error;
 use crate::scenario::Part;
@@ -19,19 +17,17 @@ impl Run<'_> {
     /// the one that was prepared.
     pub(super) fn compute(
         &mut self,
-        solver: &mut dyn FlowSolver,
-        recorders: &mut Recorders<'_>,
+        core: &mut Core,
+        recorders: &mut Recorders,
+        mut steps: StepStatistics,
         progress: &mut Progress,
     ) -> Result<ControlFlow<Part, Option<Early>>, Error> {
-        let signal = Arc::clone(&self.signal);
         let end = self.scenario.end_time;
-        let clock = &mut self.clock;
-        self.manifest.particles.initial = solver.particles();
-        recorders.start(solver, clock)?;
-        let mut steps = StepStatistics::default();
-        let mut early = None;
+        self.before.particles.get_or_insert_with(|| core.as_flow().particles());
+        let mut early = self.is_for_outputs.then_some(Early::NoStep);
         let sides = self.sides.take();
-        while solver.time() < end {
+        while early.is_none() && core.as_flow().time() < end {
+            let (solver, clock) = (core.flow(), &mut self.clock);
             clock.part("rest");
             let choice = step_towards(end, solver);
             clock.skip();
@@ -42,11 +38,12 @@ impl Run<'_> {
             }
             clock.skip();
             steps.count(&choice, solver.particles());
-            let received = signal.load(Ordering::Relaxed);
-            if solver.is_record_due(end) || received != 0 {
-                recorders.record(solver, is_frame_due, clock)?;
+            let is_record_due = solver.is_record_due(end);
+            if let Err(error) = recorders.after(solver, is_record_due.then_some(is_frame_due), clock) {
+                early = Some(Early::Unwritten(error));
+                break;
             }
-            recorders.after_step(solver, clock)?;
+            let received = self.signals.received();
             if received == 0
                 && let Some(wider) = sides.as_ref().and_then(|sides| sides.beyond(solver))
             {
@@ -55,12 +52,16 @@ impl Run<'_> {
                 return Ok(ControlFlow::Break(wider));
             }
             progress.show((solver.time(), solver.particles()), &choice, || balance(solver).error_relative);
+            if received != 0 || self.checkpoints.is_due() {
+                self.keep(core, recorders, &steps);
+                self.clock.part("checkpoints");
+            }
             if received != 0 {
-                early = Some(Early::Signal(received as i32));
-                break;
+                early = Some(self.stop(core, recorders, (is_record_due, received))?);
             }
         }
         progress.end();
+        let (solver, clock) = (core.as_flow(), &mut self.clock);
         clock.part("rest");
         for (phase, time) in solver.phases().times() {
             clock.add(phase, time.wall);
@@ -70,9 +71,29 @@ impl Run<'_> {
         Ok(ControlFlow::Continue(early))
     }
 
+    /// Stops at a signal, once the checkpoint is written: says so in `run.json`, and takes the water of now for the maps.
+    fn stop(
+        &mut self,
+        core: &mut Core,
+        recorders: &mut Recorders,
+        (is_recorded, received): (bool, usize),
+    ) -> Result<Early, Error> {
+        let solver = core.flow();
+        self.manifest.simulated_s = solver.time();
+        let stopped = stopped(&self.folder, solver.time(), received as i32);
+        self.manifest.ended("stopped", stopped.exit_code() as u8);
+        let written = self.manifest.write(&self.folder).and_then(|()| {
+            // Not in the checkpoint: a run that is never stopped does not record here.
+            if is_recorded { Ok(()) } else { recorders.record(solver, true, &mut self.clock) }
+        });
+        Ok(written.map_or_else(Early::Unwritten, |()| Early::Signal(received as i32)))
+    }
+
     /// Writes into the manifest what the core did.
-    fn note_computed(&mut self, solver: &dyn FlowSolver, recorders: &Recorders<'_>) {
+    fn note_computed(&mut self, solver: &dyn FlowSolver, recorders: &Recorders) {
         let (manifest, forcing) = (&mut self.manifest, &self.scene.forcing);
+        manifest.particles.initial = self.before.particles.unwrap_or_default();
+        manifest.particles.peak = manifest.particles.peak.max(manifest.particles.initial);
         manifest.steps = solver.steps();
         manifest.particle_evaluations = solver.particle_evaluations();
         manifest.particles.last = solver.particles();
@@ -91,23 +112,4 @@ pub(super) fn step_towards(end: f64, solver: &mut dyn FlowSolver) -> StepChoice 
         return StepChoice { time_step: end - solver.time(), limit: StepLimit::EndOfRun, ..choice };
     }
     choice
-}
-
-/// A cell that holds the number of SIGHUP, SIGINT or SIGTERM once it came, 0 before.
-pub(super) fn watch_signals() -> Result<Arc<AtomicUsize>, Error> {
-    let received = Arc::new(AtomicUsize::new(0));
-    let hang_up = Some(SIGHUP).filter(|_| is_stopped_by_hang_up());
-    for signal in [SIGINT, SIGTERM].into_iter().chain(hang_up) {
-        signal_hook::flag::register_usize(signal, Arc::clone(&received), signal as usize)
-            .map_err(|cause| Error::Internal(format!("signal {signal} cannot be watched: {cause}")))?;
-    }
-    Ok(received)
-}
-
-/// Whether SIGHUP is not ignored, as `nohup` has it: that run is to outlive its terminal, and to watch the signal would end it. Where
-/// the system does not tell, the signal is left as it is.
-fn is_stopped_by_hang_up() -> bool {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
-    ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).is_some_and(|mask| mask >> (SIGHUP - 1) & 1 == 0)
 }

@@ -1,10 +1,11 @@
 //! The end of a run: its gates, its exit code and its summary.
 
+use super::RunSummary;
 use super::records::gate_of_discharges;
-use super::{Computed, Early, Run, RunSummary};
+use super::{Computed, Early, Run};
 use crate::error::Error;
 use crate::gate::Gate;
-use crate::output::{PassageRecord, Recording, RunManifest, VolumeBooks};
+use crate::output::{PassageRecord, Recording, RunFolder, RunManifest, VolumeBooks, delete_checkpoints, output_files};
 use crate::scenario::Scenario;
 use crate::solver::Ledger;
 
@@ -21,7 +22,7 @@ impl Run<'_> {
     /// Fills in the manifest, closes the run, and says how it went.
     pub(super) fn finish(
         mut self,
-        Computed { ledger, recording, sections, channel_gauges, early }: Computed,
+        Computed { ledger, recording, sections, channel_gauges, early, unwritten }: Computed,
     ) -> Result<RunSummary, Error> {
         let manifest = &mut self.manifest;
         manifest.volume_m3 = volume_balance(&ledger, &recording);
@@ -29,23 +30,39 @@ impl Run<'_> {
         manifest.gates = gates(&ledger, manifest, self.scenario);
         let failed_gates: Vec<String> =
             manifest.gates.iter().filter(|gate| gate.fails()).map(Gate::to_string).collect();
-        self.clock.note(manifest);
-        let result = match early {
-            Some(Early::Failed(failure)) => Err(Error::Numerical(failure)),
-            Some(Early::Signal(signal)) => {
-                Err(Error::Stopped { signal, time: manifest.simulated_s, folder: self.folder.path().to_path_buf() })
+        self.clock.note(manifest, (self.before.wall_s, self.before.cpu_s));
+        manifest.checkpoints = Some(self.before.checkpoints).filter(|checkpoints| checkpoints.count > 0);
+        manifest.resumed_at_s = self.before.resumed_at_s.clone();
+        let goes_on = early.as_ref().is_some_and(Early::may_go_on) || unwritten.is_some();
+        let is_whole = early.is_none();
+        let unwritten = match output_files(&self.folder) {
+            Ok(files) => {
+                manifest.outputs = files;
+                unwritten
             }
-            None if failed_gates.is_empty() => Ok(()),
-            None => Err(Error::Gate(failed_gates.join("; "))),
+            Err(error) => unwritten.or(Some(error)),
+        };
+        let result = match (early, unwritten) {
+            (Some(Early::Failed(failure)), _) => Err(Error::Numerical(failure)),
+            (Some(Early::Unwritten(error)), _) | (_, Some(error)) => Err(error),
+            (Some(Early::Signal(signal)), None) => Err(stopped(&self.folder, manifest.simulated_s, signal)),
+            (Some(Early::NoStep), None) => Ok(()),
+            (None, None) if failed_gates.is_empty() => Ok(()),
+            (None, None) => Err(Error::Gate(failed_gates.join("; "))),
         };
         manifest.exit_code = Some(result.as_ref().err().map_or(0, |error| error.exit_code() as u8));
         manifest.status = match result {
-            Ok(()) | Err(Error::Gate(_)) => "done",
-            Err(Error::Stopped { .. }) => "stopped",
+            Ok(()) | Err(Error::Gate(_)) if is_whole => "done",
+            Ok(()) | Err(Error::Stopped { .. }) => "stopped",
             Err(_) => "failed",
         }
         .to_owned();
         manifest.write(&self.folder)?;
+        if !goes_on || !self.checkpoints.are_kept() {
+            delete_checkpoints(&self.folder)?;
+        } else if !self.is_for_outputs {
+            eprintln!("note: `floodsim resume {}` goes on with the run", self.folder.path().display());
+        }
         result.map(|()| RunSummary {
             folder: self.folder.path().to_path_buf(),
             manifest: self.manifest,
@@ -58,21 +75,20 @@ impl Run<'_> {
     }
 }
 
+/// That a signal stopped a run at a time (s).
+pub(super) fn stopped(folder: &RunFolder, time: f64, signal: i32) -> Error {
+    Error::Stopped { signal, time, folder: folder.path().to_path_buf() }
+}
+
 /// Volumes at start and end, inflow and outflow, and the errors of their balance.
 fn volume_balance(ledger: &Ledger, recording: &Recording) -> VolumeBooks {
-    let grid_error = recording
-        .mass_balance
-        .iter()
-        .filter(|row| row.volumes.stored > 0.0)
-        .map(|row| ((row.grid_volume + row.volumes.in_channels) / row.volumes.stored - 1.0).abs())
-        .fold(0.0, f64::max);
     VolumeBooks {
         initial: ledger.initial,
         inflow: ledger.inflow,
         outflow: ledger.outflow,
         last: ledger.stored,
         error_relative: ledger.relative_error(),
-        grid_error_relative: grid_error,
+        grid_error_relative: recording.grid_error_relative(),
     }
 }
 

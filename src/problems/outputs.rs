@@ -10,6 +10,11 @@ pub(super) const GROUP: Group = Group {
             "A line of the gauges does not give a gauge with two numbers x and y.",
             "Correct the line: separate its columns, and write decimal points.",
         ),
+        error(
+            "checkpoint-of-another-program",
+            "A run is to go on that another version of the program began. Half of its maps would be of each.",
+            "Go on with the program that began it, or run the scenario again with `--overwrite`.",
+        ),
         error("duplicate-gauge", "Two gauges have the same `id`.", "Give each gauge its own `id`."),
         error("duplicate-section", "Two cross-sections have the same `id`.", "Give each cross-section its own `id`."),
         warning(
@@ -37,10 +42,20 @@ pub(super) const GROUP: Group = Group {
             "An input lies in the output folder. A run that replaces an earlier one would delete it.",
             "Choose another folder by `outputs.folder` or `--out`, or move the input.",
         ),
+        error(
+            "inputs-changed",
+            "An input is not as it was when the run began: the checksums differ, or it is not there.",
+            "Bring the file back as it was, or run the scenario again with `--overwrite`.",
+        ),
         warning(
             "longer-than-run",
             "An output interval is longer than the run. Only the start and the end are written.",
             "Give a shorter interval, or leave it out.",
+        ),
+        error(
+            "no-checkpoint",
+            "A run is to go on, and its folder holds no whole checkpoint.",
+            "Run the scenario again; a run that is done keeps none, and `limits.checkpoint: off` writes none.",
         ),
         error(
             "no-data",
@@ -93,6 +108,11 @@ pub(super) const GROUP: Group = Group {
             "Choose a folder by `--out` in which you may write.",
         ),
         error(
+            "outputs-changed",
+            "A result of a run is not as the run wrote it: its checksum differs, or it is not there.",
+            "Take it from a copy that is whole, or run the scenario again.",
+        ),
+        error(
             "section-on-edge",
             "A cross-section separates no two cells. It would measure nothing.",
             "Draw it inside the terrain, at least a cell from the edge.",
@@ -115,7 +135,7 @@ pub(super) const GROUP: Group = Group {
         error(
             "unfinished-run",
             "The run has not ended, or it was killed. Its last frame may be incomplete.",
-            "Wait for its end, or run the scenario again with `--overwrite`.",
+            "Wait for its end; where it was killed, go on with `floodsim resume`, or run the scenario again with `--overwrite`.",
         ),
     ],
 };

@@ -180,7 +180,7 @@ fn unfinished(folder: &Path) -> Error {
     Error::Problems(vec![
         Problem::error(ProblemKind::Input, "unfinished-run", "", message)
             .with_cause("it is still under way, or it was killed")
-            .with_remedy("wait for its end, or run the scenario again with --overwrite"),
+            .with_remedy("wait for its end; of a run that was killed, go on with `floodsim resume`, or run the scenario again with --overwrite"),
     ])
 }
 

@@ -16,6 +16,8 @@ pub const REACH_OF_LINES: f64 = 4.0;
 pub const MAX_PARTICLES: f64 = 50e6;
 /// Share of the machine's memory that a run may take.
 pub const MEMORY_SHARE: f64 = 0.8;
+/// Time between two checkpoints (s) unless the scenario says otherwise.
+pub const CHECKPOINT: f64 = 600.0;
 /// Times (min) of the isochrones of the first two hours, as planners ask for them.
 const EARLY_ISOCHRONES: [f64; 8] = [5.0, 10.0, 15.0, 30.0, 45.0, 60.0, 90.0, 120.0];
 /// Number of frames that a run gets unless the scenario says otherwise.

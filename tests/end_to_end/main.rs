@@ -25,6 +25,7 @@ mod package;
 mod part_of_terrain;
 mod plan;
 mod rain;
+mod resume;
 mod smallest_inputs;
 mod terrain;
 mod tracers;

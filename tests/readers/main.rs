@@ -127,7 +127,7 @@ fn write_run(path: &Path, crs: &OutputCrs, origin: Vec2, cell: f64, date: &str) 
     let recorder = Recorder::new(plan.clone());
     let grid = recorder.grid().clone();
     let head = FileHead { crs, provenance: &provenance };
-    let mut fields = FieldsWriter::start(&folder, &grid, head, &[]).unwrap();
+    let mut fields = FieldsWriter::start(&folder, &grid, head, &[], 0).unwrap();
     let recording = record(&plan, &mut fields, recorder);
     fields.finish().unwrap();
     write_maps(&folder, &grid, head, &recording.maps, recording.end_time, RISE_ON_WET).unwrap();
@@ -276,7 +276,7 @@ fn fields_cannot_start_in_a_folder_that_is_gone() {
     let recorder = Recorder::new(plan(Vec2::ZERO, SPACING));
     let provenance = provenance("2026-11-21T00:00:00Z");
     let head = FileHead { crs: &OutputCrs::Local, provenance: &provenance };
-    let Err(error) = FieldsWriter::start(&folder, recorder.grid(), head, &[]) else {
+    let Err(error) = FieldsWriter::start(&folder, recorder.grid(), head, &[], 0) else {
         panic!("a file was created in a folder that is not there")
     };
     assert_eq!(error.exit_code(), floodsim::error::ExitCode::Output);
@@ -290,7 +290,7 @@ fn unfinished_run_can_be_read() {
     let recorder = Recorder::new(plan.clone());
     let (crs, provenance) = (crs_of(Some(32632)), provenance("2026-11-21T00:00:00Z"));
     let head = FileHead { crs: &crs, provenance: &provenance };
-    let mut fields = FieldsWriter::start(&folder, recorder.grid(), head, &[]).unwrap();
+    let mut fields = FieldsWriter::start(&folder, recorder.grid(), head, &[], 0).unwrap();
     record(&plan, &mut fields, recorder);
     drop(fields);
     assert!(!folder.file("fields.nc").exists(), "an unfinished run must not look whole");

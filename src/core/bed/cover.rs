@@ -31,7 +31,7 @@ const ABOUT: f64 = 2.5;
 const ROUNDING: f64 = 1e-9;
 
 /// A cell that is not just itself.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct CellInPart {
     /// Its index.
     pub cell: usize,
@@ -52,7 +52,7 @@ impl CellInPart {
 }
 
 /// A face of a cell in part.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct FaceInPart {
     /// Row and column, from 1, of the cell to the west or south of it; 0 is beyond the lattice.
     pub place: (usize, usize),
@@ -65,7 +65,7 @@ pub struct FaceInPart {
 }
 
 /// All cells and faces in part; all others are whole.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Cover {
     /// In ascending order.
     cells: Vec<CellInPart>,

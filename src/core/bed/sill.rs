@@ -30,7 +30,7 @@ impl Pixels for Terrain {
 }
 
 /// What a gap leaves of a face.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(super) struct Opening {
     /// The cell to the west or south of the face.
     pub cell: usize,
@@ -50,7 +50,7 @@ impl Opening {
 }
 
 /// The sill of one face.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct PassSill {
     /// The cell to the west or south of the face.
     pub cell: usize,
@@ -82,7 +82,7 @@ impl PassSill {
 }
 
 /// The pass sills of a lattice: those of all faces that carry a ridge which their cells do not see.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct PassSills {
     /// By cell and direction, ascending.
     pub(super) sills: Vec<PassSill>,

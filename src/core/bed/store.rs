@@ -7,7 +7,7 @@ use crate::lattice::Lattice;
 use crate::math::{Sym2, Vec2};
 
 /// The riverbed particles of a lattice. Vectors with a number for each particle have `lattice.len()` entries.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct BedParticles {
     /// Where the particles lie: at the centres of the cells.
     pub lattice: Lattice,

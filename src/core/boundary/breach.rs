@@ -29,7 +29,7 @@ use super::Series;
 use crate::math::Vec2;
 
 /// A cell of a dam.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct DamCell {
     /// Index of the cell on the lattice.
     pub cell: usize,
@@ -42,7 +42,7 @@ pub struct DamCell {
 }
 
 /// A cell beside a dam whose bed the shore of the lake raised.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct RimCell {
     /// The cell, with the dam at its station and the ground below what was raised.
     pub at: DamCell,
@@ -51,7 +51,7 @@ pub struct RimCell {
 }
 
 /// When a breach begins.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum Trigger {
     /// At a time (s).
     At(f64),
@@ -65,7 +65,7 @@ pub enum Trigger {
 }
 
 /// What of the dam goes.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum Opening {
     /// All of it, down to the ground.
     Whole,
@@ -83,7 +83,7 @@ pub enum Opening {
 }
 
 /// How the share of the growth depends on the time since the trigger.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum GrowthLaw {
     /// All at once.
     Instantaneous,
@@ -96,7 +96,7 @@ pub enum GrowthLaw {
 }
 
 /// A dam and its breach.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Breach {
     /// The cells of the dam; their bed at the start is the crest.
     pub cells: Vec<DamCell>,

@@ -3,7 +3,7 @@
 use crate::math::Vec2;
 
 /// A straight piece of a wall or of an open edge, in local coordinates (m).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Edge {
     /// One end.
     pub start: Vec2,

@@ -8,7 +8,7 @@ use crate::lattice::Lattice;
 use crate::math::Vec2;
 
 /// What is known of the water beyond an open boundary.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum Condition {
     /// The discharge that comes in (m³/s, not negative), and the level (m) that counts where it comes in faster than waves run.
     Discharge {
@@ -64,7 +64,7 @@ impl Condition {
 }
 
 /// Discharge as a function of the level: linear between rows, 0 below the first, and beyond the last on as between the last two.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Rating {
     rows: Vec<(f64, f64)>,
 }
@@ -124,7 +124,7 @@ pub struct LineSource {
 }
 
 /// Rain that reaches the ground and runs off: losses are taken off already.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum Rain {
     /// The same everywhere (m/s).
     Uniform(Series),
@@ -142,7 +142,7 @@ pub enum Rain {
 }
 
 /// Rates that hold for intervals of time, at places that many cells share; see [`Rain`].
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct RainFrames {
     /// Place of each cell of the lattice.
     pub place: Vec<u32>,

@@ -18,7 +18,7 @@ use crate::math::Vec2;
 const MOST_WALLS: usize = 24;
 
 /// Scratch space of the search for images, one for each thread's chunk.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub struct ImageScratch {
     /// Walls near the particle, the nearest ones first in case there are too many.
     near: Vec<u32>,
@@ -32,7 +32,7 @@ pub struct ImageScratch {
 }
 
 /// The walls near a particle, one column for each quantity.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 struct Pieces {
     start_x: Vec<f64>,
     start_y: Vec<f64>,
@@ -84,7 +84,7 @@ fn is_blocked_before(pieces: &Pieces, a: usize, from: Vec2, hit: Vec2) -> bool {
 }
 
 /// The particles that were found and what the walls do to them, one column for each quantity.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 struct Marks {
     x: Vec<f64>,
     y: Vec<f64>,

@@ -4,7 +4,7 @@ use super::edge::Edge;
 use crate::math::{Sym2, Vec2};
 
 /// A rotation or reflection followed by a shift: x' = R x + t.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Isometry {
     /// Columns of R: the images of the two unit vectors.
     pub image_of_x: Vec2,
@@ -59,7 +59,7 @@ impl Isometry {
 }
 
 /// A neighbour as seen: particle `index` itself, or its image under an isometry of the walls.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Image {
     /// Index of the particle.
     pub index: u32,
@@ -79,7 +79,7 @@ pub struct Viewpoint {
 }
 
 /// Two walls that meet, in which a particle may see an image of an image.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct Corner {
     /// The line of sight meets this edge first.
     pub first: u32,

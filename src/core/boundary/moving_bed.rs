@@ -13,7 +13,7 @@ use super::Series;
 use crate::math::Vec2;
 
 /// A part of the bed that moves.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct BedMotion {
     /// When it begins (s).
     pub begin: f64,
@@ -25,7 +25,7 @@ pub struct BedMotion {
 }
 
 /// How a part of the bed moves, over the seconds since it began.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum BedLaw {
     /// In place, all at once.
     AtOnce,
@@ -36,7 +36,7 @@ pub enum BedLaw {
 }
 
 /// A rigid slide.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Slide {
     /// Its thickness at the start.
     pub thickness: Patch,
@@ -47,7 +47,7 @@ pub struct Slide {
 }
 
 /// Values on a grid, bilinear between the centres of its cells, and falling to 0 within a cell of its rim.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Patch {
     /// Centre of the south-western cell (local coordinates, m).
     pub first: Vec2,

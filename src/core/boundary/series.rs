@@ -1,7 +1,7 @@
 //! A quantity over time, linear between its points, held before the first and after the last one; its integral is exact.
 
 /// Values at times; see the module.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Series {
     times: Vec<f64>,
     values: Vec<f64>,

@@ -1,7 +1,7 @@
 //! What is carried with the water: where it is at the start, and what has it that comes in.
 
 /// A tracer; concentrations in its own unit.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Tracer {
     /// Of the water on each square of the finest lattice at the start; empty where none has any.
     pub initial: Vec<f64>,

@@ -43,7 +43,7 @@ impl Path {
 }
 
 /// The particles of walls that are made of them (`virtual_particles`).
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct VirtualParticles {
     pub places: Vec<Vec2>,
     /// Where the particles of each edge begin in `places`.
@@ -53,7 +53,7 @@ pub(super) struct VirtualParticles {
 }
 
 /// All walls and open edges of a place.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Walls {
     edges: Vec<Edge>,
     origin: Vec2,

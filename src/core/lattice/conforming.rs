@@ -9,7 +9,7 @@ use crate::math::{Rectangle, Vec2};
 const EDGE: f64 = 1e-8;
 
 /// What is on one side of a face.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Side {
     /// A cell that follows lines, by its number.
     Cell(usize),
@@ -25,7 +25,7 @@ pub enum Side {
 ///
 /// Side 0 is a cell, or a square before a wall, to the left on the way from `from` to `to`: the normal from side 0 to side 1 points to the
 /// right, and the faces of a cell run counter-clockwise around it where it is side 0.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Face {
     /// What is on either side.
     pub sides: [Side; 2],
@@ -56,7 +56,7 @@ impl Face {
 }
 
 /// A cell that replaces cells of the lattice, or parts of them.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Cell {
     /// Centre of gravity, in local coordinates (m).
     pub centre: Vec2,
@@ -67,7 +67,7 @@ pub struct Cell {
 }
 
 /// All cells that follow lines.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Conforming {
     cells: Vec<Cell>,
     faces: Vec<Face>,

@@ -24,7 +24,7 @@ const EDGE_TOLERANCE: f64 = 1e-6;
 pub const NEIGHBOURS: [(isize, isize); 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
 
 /// A lattice of square cells; where it is nested, the finest of its levels.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Lattice {
     /// Map coordinates of the south-western corner (m).
     pub origin: Vec2,

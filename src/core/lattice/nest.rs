@@ -13,7 +13,7 @@ use super::conforming::Conforming;
 const BETWEEN: usize = 2;
 
 /// One level of a nested lattice.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Level {
     /// The first of its rows.
     pub first_row: usize,
@@ -34,7 +34,7 @@ impl Level {
 }
 
 /// The levels of a lattice, and where each of them stands.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Nest {
     block: usize,
     levels: Vec<Level>,

@@ -5,7 +5,7 @@ use bytemuck::Zeroable;
 use super::Lattice;
 
 /// A run of neighbouring cells of one row: columns `from..to`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Span {
     /// The row.
     pub row: u32,
@@ -116,7 +116,7 @@ impl WaterOnLattice<'_> {
 }
 
 /// Water in plain arrays `[rows * columns]`; units as in [`WaterInCell`].
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct FlatWater {
     /// Number of columns.
     pub columns: usize,

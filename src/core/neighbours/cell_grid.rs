@@ -30,7 +30,7 @@ const LANES: usize = 16;
 const ROUNDING: f64 = 5e-7;
 
 /// Sixteen candidates side by side in the order of the cells, and which of them are near.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[repr(C, packed(2))]
 pub struct Span {
     first: u32,
@@ -39,14 +39,14 @@ pub struct Span {
 }
 
 /// What a search finds; scratch space.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub struct Found {
     spans: Vec<Span>,
     list: Vec<u32>,
 }
 
 /// Particles sorted by level and cell.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub struct CellGrid {
     origin: Vec2,
     /// Units in a metre.

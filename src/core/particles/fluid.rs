@@ -3,7 +3,7 @@
 use crate::math::Vec2;
 
 /// Eight numbers of a particle, one cache line, whose meaning is that of whoever works with them.
-#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable, serde::Serialize, serde::Deserialize)]
 #[repr(C, align(64))]
 pub struct Line([f64; 8]);
 
@@ -34,7 +34,7 @@ pub struct Particle {
 }
 
 /// The moving state of all fluid particles. All vectors have the same length.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub struct FluidParticles {
     /// Local coordinates (m).
     pub position: Vec<Vec2>,

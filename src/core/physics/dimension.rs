@@ -3,7 +3,7 @@
 //! In one dimension a particle's plan area is its length (area per metre of width), and water moves along x only.
 
 /// Number of horizontal dimensions.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Dimension {
     /// A channel of unit width along x.
     One,

@@ -31,7 +31,7 @@
 use crate::math::{clamp, larger, smaller};
 
 /// Depth (m) and velocity outwards (m/s) on one side of an edge.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct EdgeState {
     /// Depth (m), 0 or more.
     pub depth: f64,

@@ -46,7 +46,7 @@ pub struct FlowProblem {
 }
 
 /// What limits a time step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, PartialOrd, Ord)]
 pub enum StepLimit {
     /// Celerity plus velocity against the spacing.
     Courant,
@@ -71,7 +71,7 @@ impl StepLimit {
 }
 
 /// The next time step and what limits it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct StepChoice {
     /// Length of the step (s).
     pub time_step: f64,
@@ -84,7 +84,7 @@ pub struct StepChoice {
 }
 
 /// The volume balance of the core: volumes in cubic metres.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Ledger {
     /// Water at the start.
     pub initial: f64,
@@ -105,7 +105,7 @@ impl Ledger {
 }
 
 /// The balance of a tracer: amounts, which are its concentration times cubic metres.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct TracerLedger {
     /// In the water at the start.
     pub initial: f64,
@@ -142,7 +142,7 @@ pub struct BedBalance {
 }
 
 /// A way by which water comes or goes; numbers are those of the problem's lists.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Way {
     /// Edges without a condition.
     OpenEdges,
@@ -175,7 +175,7 @@ pub struct Passage {
 
 /// What passed a cross-section: positive where the water crosses the line towards its left side, that is downstream where the line was
 /// drawn from the left to the right bank.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct SectionFlow {
     /// Mean discharge of the last step (m³/s).
     pub discharge: f64,
@@ -197,7 +197,7 @@ pub struct ChannelSample {
 }
 
 /// A particle whose discharge is not that of its faces.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct DischargesInDoubt {
     /// Its own discharge (m²/s), depth times speed.
     pub own: f64,

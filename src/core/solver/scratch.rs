@@ -4,7 +4,7 @@
 use std::sync::{Mutex, PoisonError};
 
 /// As much scratch space as threads have used at once.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Scratch<T> {
     spare: Mutex<Vec<Box<T>>>,
 }

@@ -18,7 +18,7 @@ use crate::math::Vec2;
 pub const NONE: u32 = u32::MAX;
 
 /// Triangles about places; those that were taken out keep their numbers until others get them.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub struct Triangulation {
     /// The places.
     places: Vec<Vec2>,

@@ -4,7 +4,7 @@ use crate::output::ground_source::SourceGrid;
 use crate::output::tracers::TracerGrids;
 
 /// The maps for one threshold on the output grid.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ThresholdGrids {
     /// The threshold (m).
     pub threshold: f64,
@@ -17,7 +17,7 @@ pub struct ThresholdGrids {
 }
 
 /// The maps of a run on the output grid, `[rows * columns]`, row 0 in the north.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct GridMaps {
     /// Bed elevation (m).
     pub bed_elevation: Vec<f32>,

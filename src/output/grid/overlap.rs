@@ -1,7 +1,7 @@
 //! Where the columns and rows of an output grid overlap those of the lattice.
 
 /// The overlap of an output column or row with a lattice column or row.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(super) struct Overlap {
     /// Lattice column or row.
     pub index: usize,

@@ -5,7 +5,7 @@ use bytemuck::Zeroable;
 use crate::lattice::WaterInRow;
 
 /// A time that may not have come yet: all bits are 0 until then.
-#[derive(Clone, Copy, Debug, Zeroable)]
+#[derive(Clone, Copy, Debug, Zeroable, serde::Serialize, serde::Deserialize)]
 #[repr(transparent)]
 pub(super) struct Moment(u64);
 
@@ -31,7 +31,7 @@ impl Moment {
 }
 
 /// The same in single precision.
-#[derive(Clone, Copy, Debug, Zeroable)]
+#[derive(Clone, Copy, Debug, Zeroable, serde::Serialize, serde::Deserialize)]
 #[repr(transparent)]
 pub(super) struct ShortMoment(u32);
 
@@ -58,7 +58,7 @@ pub(super) const LANES: usize = 8;
 pub(super) type Lanes = [f64; LANES];
 
 /// What is kept of some cells of a row besides the thresholds; the squares spare a root at each step.
-#[derive(Clone, Copy, Debug, Zeroable)]
+#[derive(Clone, Copy, Debug, Zeroable, serde::Serialize, serde::Deserialize)]
 #[repr(C)]
 pub(super) struct Block {
     pub(super) initial_depth: Lanes,
@@ -70,7 +70,7 @@ pub(super) struct Block {
 }
 
 /// The water of some cells of a row.
-#[derive(Clone, Copy, Debug, Zeroable)]
+#[derive(Clone, Copy, Debug, Zeroable, serde::Serialize, serde::Deserialize)]
 #[repr(C)]
 pub(super) struct BlockOfWater {
     pub(super) depth: Lanes,
@@ -120,7 +120,7 @@ impl BlockOfWater {
 }
 
 /// What is kept of one cell for one threshold. Whether the cell is under water tells its depth.
-#[derive(Clone, Copy, Debug, Zeroable)]
+#[derive(Clone, Copy, Debug, Zeroable, serde::Serialize, serde::Deserialize)]
 #[repr(C, packed(4))]
 pub(super) struct ThresholdRecord {
     pub(super) arrival: Moment,

@@ -94,14 +94,15 @@ pub struct ChannelsWriter {
 }
 
 impl ChannelsWriter {
-    /// Creates `channels.partial.nc`.
+    /// Creates `channels.partial.nc`, or goes on with one that has so many moments or more.
     ///
     /// # Errors
-    /// When the file cannot be created.
+    /// When the file cannot be created or opened.
     pub fn start(
         folder: &RunFolder,
         profiles: &[ChannelProfile],
         FileHead { crs, provenance }: FileHead<'_>,
+        moments: usize,
     ) -> Result<ChannelsWriter, Error> {
         let description = Description { profiles: profiles.to_vec(), crs: crs.clone(), provenance: provenance.clone() };
         let path = folder.file(PARTIAL);
@@ -115,8 +116,9 @@ impl ChannelsWriter {
             file.sync()?;
             Ok(file)
         };
-        let file = create().map_err(|cause| output_error(&path, cause))?;
-        Ok(ChannelsWriter { folder: folder.clone(), description, file, moments: 0 })
+        let file = if moments > 0 { netcdf::append(&path) } else { create() };
+        let file = file.map_err(|cause| output_error(&path, cause))?;
+        Ok(ChannelsWriter { folder: folder.clone(), description, file, moments })
     }
 
     /// Adds the profiles of a moment and flushes them to the disk.
@@ -138,16 +140,24 @@ impl ChannelsWriter {
         Ok(())
     }
 
-    /// Makes `channels.nc` and deletes `channels.partial.nc`.
+    /// Waits until all moments are on the disk, a power cut notwithstanding.
     ///
     /// # Errors
-    /// When the conversion fails; then `channels.partial.nc` stays.
+    /// When that cannot be done.
+    pub fn settle(&self) -> Result<(), Error> {
+        let path = self.folder.file(PARTIAL);
+        fs::File::open(&path).and_then(|file| file.sync_all()).map_err(|cause| output_error(&path, cause))
+    }
+
+    /// Makes `channels.nc`; `channels.partial.nc` stays until the checkpoints that count on it are gone.
+    ///
+    /// # Errors
+    /// When the conversion fails.
     pub fn finish(self) -> Result<(), Error> {
         let ChannelsWriter { folder, description, file, .. } = self;
         let partial = folder.file(PARTIAL);
         file.close().map_err(|cause| output_error(&partial, cause))?;
-        folder.write_with("channels.nc", |path| description.convert(&partial, path))?;
-        fs::remove_file(&partial).map_err(|cause| output_error(&partial, cause))
+        folder.write_with("channels.nc", |path| description.convert(&partial, path))
     }
 }
 

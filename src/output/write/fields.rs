@@ -35,6 +35,14 @@ const FIELDS: [(&str, &str, &str, &str); 4] = [
     ("velocity_y", "", "y-component of velocity", "m s-1"),
 ];
 
+/// What the writing thread is handed.
+enum Work {
+    /// A frame to be written.
+    Frame(Frame),
+    /// A wish to hear when all frames are on the disk.
+    Settle(SyncSender<()>),
+}
+
 /// Writes frames while a run goes on. Dropped without [`finish`](Self::finish), it leaves `fields.partial.nc`, closed and
 /// readable.
 #[derive(Debug)]
@@ -42,20 +50,21 @@ pub struct FieldsWriter {
     folder: RunFolder,
     description: FileDescription,
     tracers: Vec<TracerPlan>,
-    sender: Option<SyncSender<Frame>>,
+    sender: Option<SyncSender<Work>>,
     worker: Option<JoinHandle<Result<(), Error>>>,
 }
 
 impl FieldsWriter {
-    /// Creates `fields.partial.nc` and starts the thread that writes it.
+    /// Creates `fields.partial.nc`, or goes on with one that has so many frames or more, and starts the thread that writes it.
     ///
     /// # Errors
-    /// When the file cannot be created.
+    /// When the file cannot be created or opened.
     pub fn start(
         folder: &RunFolder,
         grid: &OutputGrid,
         FileHead { crs, provenance }: FileHead<'_>,
         tracers: &[TracerPlan],
+        frames: usize,
     ) -> Result<FieldsWriter, Error> {
         let description = FileDescription { grid: grid.clone(), crs: crs.clone(), provenance: provenance.clone() };
         let path = folder.file(PARTIAL);
@@ -63,7 +72,7 @@ impl FieldsWriter {
         let (ready, is_ready) = sync_channel(1);
         let worker = std::thread::Builder::new().name("fields".into()).spawn({
             let (path, description, tracers) = (path.clone(), description.clone(), tracers.to_vec());
-            move || write_partial(&path, (&description, &tracers), &receiver, &ready)
+            move || write_partial((&path, frames), (&description, &tracers), &receiver, &ready)
         });
         let worker = worker.map_err(|cause| output_error(&path, cause))?;
         let mut writer = FieldsWriter {
@@ -85,7 +94,7 @@ impl FieldsWriter {
     /// # Errors
     /// When an earlier frame could not be written.
     pub fn push(&mut self, frame: Frame) -> Result<(), Error> {
-        let sent = self.sender.as_ref().is_some_and(|sender| sender.send(frame).is_ok());
+        let sent = self.sender.as_ref().is_some_and(|sender| sender.send(Work::Frame(frame)).is_ok());
         if sent {
             return Ok(());
         }
@@ -93,16 +102,29 @@ impl FieldsWriter {
         Err(Error::Internal("a frame came after the last one".into()))
     }
 
-    /// Waits for the last frame, makes `fields.nc` and deletes `fields.partial.nc`.
+    /// Waits until all frames are on the disk, a power cut notwithstanding.
     ///
     /// # Errors
-    /// When a frame could not be written, or the conversion fails; then `fields.partial.nc` stays.
+    /// When one could not be written.
+    pub fn settle(&mut self) -> Result<(), Error> {
+        let (done, is_done) = sync_channel(1);
+        let is_sent = self.sender.as_ref().is_some_and(|sender| sender.send(Work::Settle(done)).is_ok());
+        if is_sent && is_done.recv().is_ok() {
+            return Ok(());
+        }
+        self.join()?;
+        Err(Error::Internal("frames were to be settled after the last one".into()))
+    }
+
+    /// Waits for the last frame and makes `fields.nc`; `fields.partial.nc` stays until the checkpoints that count on it are gone.
+    ///
+    /// # Errors
+    /// When a frame could not be written, or the conversion fails.
     pub fn finish(mut self) -> Result<(), Error> {
         self.join()?;
         let partial = self.folder.file(PARTIAL);
         let convert = |path: &Path| convert(&partial, path, (&self.description, &self.tracers));
-        self.folder.write_with("fields.nc", convert)?;
-        fs::remove_file(&partial).map_err(|cause| output_error(&partial, cause))
+        self.folder.write_with("fields.nc", convert)
     }
 
     fn join(&mut self) -> Result<(), Error> {
@@ -124,23 +146,38 @@ impl Drop for FieldsWriter {
 
 /// The body of the writing thread.
 fn write_partial(
-    path: &PathBuf,
+    (path, mut written): (&PathBuf, usize),
     (description, tracers): (&FileDescription, &[TracerPlan]),
-    frames: &Receiver<Frame>,
+    work: &Receiver<Work>,
     ready: &SyncSender<()>,
 ) -> Result<(), Error> {
     let failed = |cause: netcdf::Error| output_error(path, cause);
     let crs = WritableCrs::new(&description.crs, path)?;
-    let file = netcdf::create_with(path, Options::_64BIT_OFFSET).map_err(failed)?;
-    let mut file = NetcdfFile::describe(file, path, &crs, description)?;
-    define_fields(&mut file, (description, tracers), false).map_err(failed)?;
-    file.file.enddef().map_err(failed)?;
-    file.write_coordinates(&description.grid).map_err(failed)?;
+    let mut file = if written > 0 {
+        NetcdfFile { file: netcdf::append(path).map_err(failed)?, crs: &crs }
+    } else {
+        let file = netcdf::create_with(path, Options::_64BIT_OFFSET).map_err(failed)?;
+        let mut file = NetcdfFile::describe(file, path, &crs, description)?;
+        define_fields(&mut file, (description, tracers), false).map_err(failed)?;
+        file.file.enddef().map_err(failed)?;
+        file.write_coordinates(&description.grid).map_err(failed)?;
+        file
+    };
     file.file.sync().map_err(failed)?;
     // The other end waits for this one word only.
     let _ = ready.send(());
-    for (record, frame) in frames.iter().enumerate() {
-        write_frame(&mut file, record, (&frame, tracers)).and_then(|()| file.file.sync()).map_err(failed)?;
+    for work in work {
+        match work {
+            Work::Frame(frame) => {
+                write_frame(&mut file, written, (&frame, tracers)).and_then(|()| file.file.sync()).map_err(failed)?;
+                written += 1;
+            }
+            Work::Settle(done) => {
+                fs::File::open(path).and_then(|file| file.sync_all()).map_err(|cause| output_error(path, cause))?;
+                // Nobody waits where the run has ended.
+                let _ = done.send(());
+            }
+        }
     }
     file.file.close().map_err(failed)
 }

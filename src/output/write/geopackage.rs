@@ -13,7 +13,7 @@ use gdal::{Dataset, DriverManager};
 use super::super::folder::{RunFolder, output_error};
 use super::super::grid::{FILL, GridMaps, OutputGrid};
 use super::super::outline::{Region, regions};
-use super::super::recorder::Recording;
+use super::super::recording::Recording;
 use super::super::ridges::Ridge;
 use super::super::sections::{Section, SectionResult};
 use super::super::{Gauge, OutputCrs};

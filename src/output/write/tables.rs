@@ -3,7 +3,7 @@
 use super::super::Gauge;
 use super::super::PassageRecord;
 use super::super::folder::{RunFolder, write_lines};
-use super::super::recorder::Recording;
+use super::super::recording::Recording;
 use crate::error::Error;
 
 /// Writes `gauges.csv` and `gauge_series.csv` into `tables/`.

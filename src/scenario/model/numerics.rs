@@ -78,11 +78,13 @@ impl Numerics {
     }
 }
 
-/// Limits that are checked before anything is allocated.
+/// Limits that are checked before anything is allocated, and what a run that is cut off loses at most.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Limits {
     /// Memory (bytes).
     pub memory: f64,
     /// Particles, riverbed and fluid together.
     pub particles: f64,
+    /// Time between two checkpoints (s of the clock on the wall); none for no checkpoints.
+    pub checkpoint: Option<f64>,
 }

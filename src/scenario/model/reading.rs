@@ -13,7 +13,7 @@ pub struct Reading {
 }
 
 /// A part of the terrain, in map coordinates (m).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Part {
     /// Where it is.
     pub own: Rectangle,

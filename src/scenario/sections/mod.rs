@@ -8,6 +8,7 @@ mod channel;
 mod channels_alone;
 mod ground;
 mod initial;
+mod limits;
 mod moving_bed;
 mod numerics;
 mod outputs;

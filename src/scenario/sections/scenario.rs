@@ -7,6 +7,7 @@ use super::breach::OneBreach;
 use super::channel::ChannelEntry;
 use super::ground::Structures;
 use super::initial::InitialEntry;
+use super::limits::LimitsSection;
 use super::moving_bed::MovingBedEntry;
 use super::numerics::NumericsSection;
 use super::outputs::OutputsSection;
@@ -17,14 +18,13 @@ use super::sources::SourceEntry;
 use super::terrain::Terrain;
 use super::tracers::TracerEntry;
 use super::{
-    boundaries, breach, channel, channels_alone, ground, initial, moving_bed, numerics, outputs, rain, resolution,
-    roughness, sources, terrain, tracers,
+    boundaries, breach, channel, channels_alone, ground, initial, limits, moving_bed, numerics, outputs, rain,
+    resolution, roughness, sources, terrain, tracers,
 };
 use crate::error::{Problem, ProblemKind};
-use crate::scenario::defaults::{MAX_PARTICLES, MEMORY_SHARE, machine_memory};
-use crate::scenario::fields::{Count, DateTime, EndTime, FormatVersion, Memory, Quantity, Text};
+use crate::scenario::fields::{DateTime, EndTime, FormatVersion, Quantity, Text};
 use crate::scenario::methods::{Formulation, Motion};
-use crate::scenario::model::{CrsChoice, Limits, Reading, Scenario, Sourced};
+use crate::scenario::model::{CrsChoice, Reading, Scenario, Sourced};
 use crate::scenario::read::{FromNode, NonEmpty, Reader, section};
 use crate::scenario::tree::{Node, Value};
 use crate::scenario::yaml::{Section, Yaml, filled, quantity, quoted};
@@ -195,17 +195,6 @@ section! {
     }
 }
 
-section! {
-    /// Limits that are checked against an estimate before anything is allocated; beyond one the program ends with exit code 5.
-    LimitsSection, example "{memory: 8 GB}" {
-        /// Memory that the run may take; 80 % of that of the machine or its container when absent. Codes: memory-limit.
-        memory: Option<Quantity<Memory>>,
-        /// Number of riverbed particles, moving particles and strips of channels together; 50 million when absent. Codes:
-        /// particle-limit.
-        particles: Option<Quantity<Count>>,
-    }
-}
-
 pub(in crate::scenario) fn fill_in(written: ScenarioFile, file: &Path) -> Scenario {
     let name = scenario_name(file);
     let end_time = written.time.end.value();
@@ -261,7 +250,7 @@ pub(in crate::scenario) fn fill_in(written: ScenarioFile, file: &Path) -> Scenar
         end_time,
         reference_time: written.time.reference.map(|reference| reference.0),
         numerics,
-        limits: limits(written.limits),
+        limits: limits::resolved(written.limits),
     }
 }
 
@@ -274,14 +263,6 @@ fn scenario_name(file: &Path) -> String {
     }
     let absolute = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
     absolute.parent().and_then(Path::file_name).map_or(stem, |folder| folder.to_string_lossy().into_owned())
-}
-
-fn limits(section: Option<LimitsSection>) -> Limits {
-    let (memory, particles) = section.map_or((None, None), |section| (section.memory, section.particles));
-    Limits {
-        memory: memory.map_or_else(|| (MEMORY_SHARE * machine_memory()).floor(), |memory| memory.value()),
-        particles: particles.map_or(MAX_PARTICLES, |particles| particles.value()),
-    }
 }
 
 /// Title, ground, and water at the start.
@@ -304,9 +285,6 @@ fn place(scenario: &Scenario) -> Section {
 /// Resolution, time, outputs, methods and limits.
 fn run(scenario: &Scenario) -> Section {
     let reference = scenario.reference_time.map(|reference| quoted(&reference.to_string()));
-    let limits = Section::default()
-        .with("memory", quantity(scenario.limits.memory, "B"))
-        .with("particles", scenario.limits.particles);
     Section::default()
         .with("resolution", resolution::written(scenario))
         .with(
@@ -315,7 +293,7 @@ fn run(scenario: &Scenario) -> Section {
         )
         .with("outputs", outputs::written(scenario))
         .with("numerics", numerics::written(scenario))
-        .with("limits", Yaml::Entry(limits))
+        .with("limits", Yaml::Entry(limits::written(&scenario.limits)))
 }
 
 impl Scenario {

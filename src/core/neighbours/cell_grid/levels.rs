@@ -31,7 +31,7 @@ const MOST_PERCENT: usize = 90;
 /// A level below another is laid for so many percent of the particles.
 const ENOUGH_PERCENT: usize = 3;
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct Level {
     /// Width of particles that are at home here: half to one support (m).
     pub(super) width: f64,
@@ -45,7 +45,7 @@ pub(super) struct Level {
 }
 
 /// What the particles of a level take: their largest support (m), 0 without any, and the cells in which they stand, first and last.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct Taken {
     pub(super) largest_support: f64,
     pub(super) low: (usize, usize),

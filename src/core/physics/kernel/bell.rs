@@ -10,7 +10,7 @@ use super::Shape;
 use crate::physics::dimension::Dimension;
 
 /// Lucy's kernel.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Bell;
 
 impl Shape for Bell {

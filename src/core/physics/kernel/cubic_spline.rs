@@ -13,7 +13,7 @@ use crate::math::larger;
 use crate::physics::dimension::Dimension;
 
 /// The cubic B-spline, whose smoothing length is that of all kernels.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub struct CubicSpline;
 
 impl Shape for CubicSpline {

@@ -15,7 +15,7 @@ use crate::physics::dimension::Dimension;
 pub(super) const ERF_3: f64 = 0.999_977_909_503_001_4;
 
 /// The Gaussian, cut at three smoothing lengths of its own.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Gauss;
 
 impl Shape for Gauss {

@@ -60,7 +60,7 @@ pub trait Shape: Copy {
 }
 
 /// A kernel in a given dimension, a function of the distance and of 1/h.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Smoothing<S> {
     shape: S,
     sigma: f64,

@@ -12,7 +12,7 @@ use super::Shape;
 use crate::physics::dimension::Dimension;
 
 /// The quadratic kernel.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Quadratic;
 
 impl Shape for Quadratic {

@@ -13,7 +13,7 @@ use crate::physics::dimension::Dimension;
 const AT_ZERO: f64 = 8.0 / 115.0;
 
 /// The quartic B-spline.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub struct QuarticSpline;
 
 impl Shape for QuarticSpline {

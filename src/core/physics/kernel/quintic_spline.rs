@@ -13,7 +13,7 @@ use crate::physics::dimension::Dimension;
 const AT_ZERO: f64 = 1.0 / 66.0;
 
 /// The quintic B-spline.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub struct QuinticSpline;
 
 impl Shape for QuinticSpline {

@@ -15,7 +15,7 @@ use super::gauss::ERF_3;
 use crate::physics::dimension::Dimension;
 
 /// The super-Gaussian, cut at three smoothing lengths of its own.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub struct SuperGauss {
     /// 1/a.
     per_zero_squared: f64,

@@ -12,7 +12,7 @@ use super::Shape;
 use crate::physics::dimension::Dimension;
 
 /// Wendland's function ψ₃,₁.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub struct WendlandC2;
 
 impl Shape for WendlandC2 {

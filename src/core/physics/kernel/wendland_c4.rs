@@ -12,7 +12,7 @@ use super::Shape;
 use crate::physics::dimension::Dimension;
 
 /// Wendland's function ψ₃,₂.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub struct WendlandC4;
 
 impl Shape for WendlandC4 {

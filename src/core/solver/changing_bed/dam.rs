@@ -8,7 +8,7 @@ use crate::solver::FlowProblem;
 const ROUND_OFF: f64 = 1e-12;
 
 /// The dam of a problem and how far it has gone.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(in crate::solver) struct BreakingDam {
     breach: Breach,
     /// The time (s) at which the breach began.

@@ -8,7 +8,7 @@ use crate::math::Vec2;
 use crate::solver::{BedBalance, FlowProblem};
 
 /// All parts of the bed that move.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(in crate::solver) struct MovingGround {
     motions: Vec<BedMotion>,
     /// For each motion the index of each of its cells in the lists below.

@@ -7,6 +7,7 @@ use crate::solver::FlowProblem;
 use crate::solver::changing_bed::BreakingDam;
 
 /// The dam of a problem on the padded lattice.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub(crate) struct Breaking {
     dam: BreakingDam,
     /// Padded cells (row, column) of the dam, in the order of its bed.

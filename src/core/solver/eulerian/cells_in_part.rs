@@ -26,7 +26,7 @@ use crate::solver::FlowProblem;
 const ROUNDING: f64 = 1e-9;
 
 /// A face in the row of its owner.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 struct Face {
     column: usize,
     direction: usize,
@@ -36,7 +36,7 @@ struct Face {
 }
 
 /// A padded cell.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 struct Cell {
     row: usize,
     column: usize,
@@ -46,6 +46,7 @@ struct Cell {
 }
 
 /// The cells in part of a problem, and their faces of every padded row.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub(crate) struct CellsInPart {
     faces: Vec<Vec<Face>>,
     cells: Vec<Cell>,

@@ -20,6 +20,7 @@ pub(super) enum Given {
 }
 
 /// One tracer in all padded rows.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub(super) struct Carried {
     pub given: Tracer,
     /// C as the faces see it.
@@ -34,6 +35,7 @@ pub(super) struct Carried {
 }
 
 /// A face over which water leaves the terrain or comes in: its place, the sign of what leaves, and the cell before it.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub(super) struct RimFace {
     pub slot: Slot,
     pub sign: f64,
@@ -41,7 +43,7 @@ pub(super) struct RimFace {
 }
 
 /// All tracers; nothing by default.
-#[derive(Default)]
+#[derive(Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Tracers {
     pub carried: Vec<Carried>,
     /// Depth at the start of the step (m).

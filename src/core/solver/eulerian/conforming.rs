@@ -34,7 +34,7 @@ use crate::math::Vec2;
 use shape::thrust;
 
 /// One side of a face.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 struct Side {
     /// Its cell, by number.
     cell: usize,
@@ -47,7 +47,7 @@ struct Side {
 }
 
 /// A face; nothing passes where it has one side, or a wall stands on the way.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 struct Face {
     sides: [Option<Side>; 2],
     /// The unit normal from the first side to the second, and the length (m).
@@ -67,7 +67,7 @@ struct Face {
 }
 
 /// What a cell sees beyond one of its faces.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 enum Beyond {
     /// Another particle: its number among those looked at, the sill on the way (m), and the part of the way there along the face (m).
     Particle(usize, f64, Vec2),
@@ -76,7 +76,7 @@ enum Beyond {
 }
 
 /// A cell with such faces: one that follows lines, or a square beside one.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 struct Cell {
     place: Place,
     /// What it sees, with the vectors of (M97).
@@ -89,7 +89,7 @@ struct Cell {
 }
 
 /// The gradients of surface, depth and velocity of a cell, and the least and greatest of them about it.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, serde::Serialize, serde::Deserialize)]
 struct Around {
     slopes: [Vec2; 4],
     least: [f64; 4],
@@ -97,6 +97,7 @@ struct Around {
 }
 
 /// All faces of cells that follow lines.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub(crate) struct ConformingFaces {
     faces: Vec<Face>,
     passing: Vec<Passing>,

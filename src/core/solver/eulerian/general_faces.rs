@@ -51,7 +51,7 @@ pub(super) use meeting::{Meeting, Passing, pass};
 pub(super) const AT_ONCE: usize = 512;
 
 /// What is known of a face besides its place.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, serde::Serialize, serde::Deserialize)]
 struct Now {
     /// The particles on its two sides as the other side sees them: now, or where they step by themselves as they will be or were by now.
     own: [Seen; 2],
@@ -66,6 +66,7 @@ struct Now {
 }
 
 /// All general faces of a problem, what passes them, and the cells beside them by row and column.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub(crate) struct GeneralFaces {
     faces: Vec<Face>,
     now: Vec<Now>,

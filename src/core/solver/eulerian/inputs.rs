@@ -14,6 +14,7 @@ use crate::boundary::{LineSource, PointSource, Rain, Series};
 use crate::solver::{FlowProblem, Passage, Way};
 
 /// A source and its padded cells, each with its share.
+#[derive(serde::Serialize, serde::Deserialize)]
 struct Spring {
     way: Way,
     discharge: Series,
@@ -32,6 +33,7 @@ fn given(way: Way) -> Given {
 }
 
 /// All sources and the rain of a problem.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub(crate) struct Inputs {
     /// Places in a row of the lattice.
     columns: usize,

@@ -4,7 +4,7 @@ use crate::constants::EulerianConstants;
 use crate::methods::{Core, Reconstruction, Stabilisation, Turbulence};
 
 /// The methods of a run with Eulerian particles.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub struct EulerianMethods {
     /// The flux: one that Eulerian particles have.
     pub flux: Stabilisation,

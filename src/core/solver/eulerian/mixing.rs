@@ -33,7 +33,7 @@ pub(super) struct Mixing {
 
 /// What the stress on a general face takes from its surroundings: the mean of g n² (m^(1/3)·m/s²) on both sides, and s A/(3 N l) (m²), the
 /// lesser of both.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(super) struct Surroundings {
     pub friction: f64,
     pub bears: f64,

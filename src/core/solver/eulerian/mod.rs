@@ -83,6 +83,7 @@ use update::Stage;
 use walls::Walls;
 
 /// The core with Eulerian particles.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub struct EulerianSolver {
     scale: Scale,
     methods: EulerianMethods,
@@ -113,11 +114,12 @@ pub struct EulerianSolver {
     outflow: f64,
     /// The part of the outflow (m³) that left by open edges without a condition.
     left_over_edges: f64,
+    #[serde(skip)]
     phases: Phases,
 }
 
 /// The numbers of a run that every pass needs.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Scale {
     /// That of the finest level, or of the level at hand ([`Scale::on`]).
     pub spacing: f64,

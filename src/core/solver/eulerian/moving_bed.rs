@@ -10,6 +10,7 @@ use crate::solver::changing_bed::MovingGround;
 use crate::solver::{BedBalance, FlowProblem};
 
 /// All parts of the bed that move, on the padded lattice.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub(crate) struct MovingBed {
     ground: MovingGround,
     /// Padded places (row, column) of the cells, in the order of their bed.

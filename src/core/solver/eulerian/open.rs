@@ -45,7 +45,7 @@ pub(super) use step::Of;
 const COUNTED: f64 = (1_u64 << 40) as f64;
 
 /// A face of a boundary.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 struct Face {
     /// The cell that owns the face, and the direction in which it does.
     owner: (usize, usize),
@@ -73,13 +73,14 @@ struct Face {
 }
 
 /// What comes in and what leaves: volumes (m³), or rates.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(super) struct Exchange<T = f64> {
     pub inflow: T,
     pub outflow: T,
 }
 
 /// One boundary.
+#[derive(serde::Serialize, serde::Deserialize)]
 struct Line {
     condition: Condition,
     faces: Vec<Face>,
@@ -94,6 +95,7 @@ struct Line {
 }
 
 /// All boundaries of a problem.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub(crate) struct OpenBoundaries {
     lines: Vec<Line>,
     /// Height (m) from which the solver counts elevations.

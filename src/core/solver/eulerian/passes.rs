@@ -28,13 +28,14 @@ use crate::math::larger;
 use crate::solver::FlowProblem;
 
 /// The faces with a sill, and the cells beside them, of every padded row.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub(crate) struct Passes {
     faces: Vec<Vec<PassFace>>,
     cells: Vec<Vec<SpecialCell>>,
 }
 
 /// A face with a sill, in the row of its owner.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 struct PassFace {
     column: usize,
     direction: usize,

@@ -7,7 +7,7 @@ pub(crate) const EAST: usize = 0;
 pub(crate) const NORTH: usize = 1;
 
 /// The ground; only the bed of a dam that breaks, and one that moves as prescribed, change during a run.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) struct GroundRow {
     /// Bed elevation z_b (m), [`SHUT`] where there is none.
     pub bed: Vec<f64>,
@@ -28,7 +28,7 @@ impl GroundRow {
 
 /// The conserved quantities: of the start of the step until its first stage has been taken, with half of that stage's gain until the
 /// second has.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) struct WaterRow {
     /// Depth d (m).
     pub depth: Vec<f64>,
@@ -39,7 +39,7 @@ pub(crate) struct WaterRow {
 }
 
 /// What the pairs see of a particle: at the start of the step, then after its first stage.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) struct PrimitiveRow {
     /// Depth d (m).
     pub depth: Vec<f64>,
@@ -51,7 +51,7 @@ pub(crate) struct PrimitiveRow {
 }
 
 /// Greatest speeds and where the signal speed is greatest.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Fastest {
     pub signal_speed: f64,
     pub flow_speed: f64,
@@ -60,7 +60,7 @@ pub(crate) struct Fastest {
 }
 
 /// Gradients of surface, depth and velocity.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) struct GradientRow {
     pub surface_x: Vec<f64>,
     pub surface_y: Vec<f64>,
@@ -151,7 +151,7 @@ impl FaceRow {
 }
 
 /// What flows through the faces of one direction, per metre of face; the cell itself is the owner, "left".
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) struct FaceRow {
     /// Volume from left to right (m²/s).
     pub mass: Vec<f64>,
@@ -167,7 +167,7 @@ pub(crate) struct FaceRow {
 pub(crate) type FluxRow = [FaceRow; 2];
 
 /// Where the rows of fluxes have a face: row, direction and column.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Slot {
     pub row: usize,
     pub direction: usize,

@@ -13,7 +13,7 @@ use crate::math::Vec2;
 use crate::solver::{FlowProblem, SectionFlow};
 
 /// A face that a section cuts: its row, column and direction, and how often it passes to the left of the line less to the right.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 struct Cut {
     row: usize,
     column: usize,
@@ -24,6 +24,7 @@ struct Cut {
 }
 
 /// All sections of a problem, and what passed them.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub(crate) struct Sections {
     cuts: Vec<Vec<Cut>>,
     /// The general faces that each cuts, by number, and the same sign.

@@ -35,6 +35,7 @@ const ROWS_OF_A_THREAD: usize = 4;
 const ROWS_OF_A_SEARCH: usize = 16;
 
 /// The runs of active cells, for every padded row.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub(crate) struct ActiveSet {
     /// Of each padded row the rows and columns of its level; none of rows around and between levels.
     bounds: Vec<Option<[Run; 2]>>,

@@ -19,6 +19,7 @@ use crate::math::{MOST_LANES, Vec2};
 
 /// All arrays; every row has two entries more than its level has columns, and some without terrain more for loops on lanes; every group has
 /// `rows + 2` rows.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub(crate) struct State {
     lattice: Lattice,
     /// Rows of all levels.

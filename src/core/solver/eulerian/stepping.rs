@@ -29,6 +29,7 @@ const MOST_HALVINGS: u32 = 8;
 const MOST_PARTS: u64 = 1 << 12;
 
 /// The steps of the levels.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub(crate) struct Stepping {
     /// k of each level.
     halvings: Vec<u32>,
@@ -36,7 +37,7 @@ pub(crate) struct Stepping {
 }
 
 /// What the choice of a step needs of each level.
-#[derive(Default)]
+#[derive(Default, serde::Serialize, serde::Deserialize)]
 struct Scratch {
     /// The step (s) that its water allows.
     allowed: Vec<f64>,

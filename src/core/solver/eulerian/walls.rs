@@ -25,7 +25,7 @@ use crate::methods::Reconstruction;
 use crate::solver::FlowProblem;
 
 /// One special face, in the row of its owner.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 struct SpecialFace {
     column: usize,
     direction: usize,
@@ -39,7 +39,7 @@ struct SpecialFace {
 }
 
 /// The special faces of a cell: bit k is set for the k-th of [`NEIGHBOURS`].
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(super) struct Beside {
     blocked: u8,
     /// The blocked ones beyond which the water goes on as it is before them.
@@ -56,7 +56,7 @@ impl Beside {
 }
 
 /// A cell with at least one special face.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct SpecialCell {
     pub column: usize,
     pub beside: Beside,
@@ -65,7 +65,7 @@ pub(super) struct SpecialCell {
 }
 
 /// How much of an ordinary face beside a stair counts, in the row of its owner.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 struct PartOfFace {
     column: usize,
     direction: usize,
@@ -81,6 +81,7 @@ fn bit_of(offset: (isize, isize)) -> u8 {
 }
 
 /// The special faces of every padded row.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub(crate) struct Walls {
     faces: Vec<Vec<SpecialFace>>,
     cells: Vec<Vec<SpecialCell>>,

@@ -17,7 +17,7 @@ pub fn smoothing_factor(dimension: Dimension) -> f64 {
 }
 
 /// One of the kernels, normalised on the lattice that particles are laid on.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 #[expect(missing_docs, reason = "the names are those of the registry")]
 pub enum ChosenKernel {
     CubicSpline(Smoothing<CubicSpline>),

@@ -66,7 +66,7 @@ impl MovingMethods {
 }
 
 /// The rates of one particle.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, serde::Serialize, serde::Deserialize)]
 #[repr(C)]
 pub struct Rates {
     /// dv/dt (m/s²) without friction.
@@ -78,7 +78,7 @@ pub struct Rates {
 }
 
 /// What the pair sums need of one particle beside its state.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, serde::Serialize, serde::Deserialize)]
 struct Density {
     depth: f64,
     inverse_h: f64,
@@ -90,7 +90,7 @@ struct Density {
 }
 
 /// The variational formulation; scratch space only.
-#[derive(Debug)]
+#[derive(Debug, serde::Serialize, serde::Deserialize)]
 pub struct Variational {
     dimension: Dimension,
     kernel: ChosenKernel,

@@ -32,7 +32,7 @@ impl<'a> Seen<'a> {
 }
 
 /// What the particles of one chunk see.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 struct ChunkNeighbours {
     /// Where the spans of each particle end, and those of the next one begin.
     ends: Vec<u32>,
@@ -44,7 +44,7 @@ struct ChunkNeighbours {
 }
 
 /// Scratch space of a search; one for each thread.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 struct SearchScratch {
     /// As in `ChunkNeighbours`.
     chunk: ChunkNeighbours,
@@ -130,7 +130,7 @@ impl SearchScratch {
 }
 
 /// The neighbours of all particles.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, serde::Serialize, serde::Deserialize)]
 pub struct Neighbours {
     grid: CellGrid,
     /// In single precision: a sliver of that size at the rim of a support is left out of the search anyway.

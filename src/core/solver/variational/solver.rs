@@ -25,6 +25,7 @@ const STEPS_PER_SORT: u64 = 8;
 const STEPS_OF_A_RECORD: u64 = 3;
 
 /// Particles of the variational formulation.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub struct VariationalSolver {
     water: MovingWater,
     formulation: Variational,

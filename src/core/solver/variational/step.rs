@@ -12,14 +12,14 @@ use crate::particles::retain_marked;
 use crate::physics::friction::manning::{after_friction, resistance};
 
 /// What a step with leapfrog keeps of a particle until its end: its velocity (m/s) half a step later.
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable, serde::Serialize, serde::Deserialize)]
 #[repr(C)]
 pub struct HalfStep {
     velocity: Vec2,
 }
 
 /// What a step of Heun's method keeps: state and rates at its beginning.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub struct Beginning {
     position: Vec2,
     velocity: Vec2,

@@ -16,7 +16,7 @@ use crate::solver::phases::Phases;
 use crate::solver::scratch::Scratch;
 
 /// Moving particles and their surroundings.
-#[derive(Debug)]
+#[derive(Debug, serde::Serialize, serde::Deserialize)]
 pub struct MovingWater {
     /// One or two dimensions.
     pub dimension: Dimension,
@@ -37,6 +37,7 @@ pub struct MovingWater {
     /// Walls and open edges.
     pub walls: Walls,
     /// Where the time of the steps goes.
+    #[serde(skip)]
     pub phases: Phases,
     /// Scratch space: the walls near a particle.
     pub(super) near_walls: Scratch<Vec<u32>>,

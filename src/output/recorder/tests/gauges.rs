@@ -1,6 +1,7 @@
 //! What gauges read beside walls, levees, quays and slopes.
 
 use super::*;
+use crate::output::GaugeResult;
 
 /// Share that the cell itself and each of its four nearest neighbours have in a gauge at its centre.
 fn shares() -> (f64, f64) {

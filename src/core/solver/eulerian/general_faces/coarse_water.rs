@@ -12,7 +12,7 @@ use super::face::{Place, Seen};
 const AT_ONCE: usize = 1024;
 
 /// A coarse particle whose water is followed while finer levels step.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 struct Followed {
     place: Place,
     /// Depth (m) and discharges (m²/s) at the start of its step.
@@ -24,6 +24,7 @@ struct Followed {
 }
 
 /// All coarse particles that general faces look at, by place.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub(super) struct CoarseWater {
     particles: Vec<Followed>,
     /// Those of each level.

@@ -26,7 +26,7 @@ const COARSE_REACH: f64 = 2.0 / 3.0;
 pub(super) const WAY: f64 = 0.75;
 
 /// A hanging face; its sides are the one to the west or south and the one to the east or north.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct Face {
     pub places: [Place; 2],
     pub slots: [Slot; 2],
@@ -49,7 +49,7 @@ pub(super) struct Face {
 }
 
 /// What is seen of a particle.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(in super::super) struct Seen {
     pub depth: f64,
     pub bed: f64,

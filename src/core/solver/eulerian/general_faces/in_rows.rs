@@ -8,7 +8,7 @@ use super::super::walls::{Beside, Walls};
 use super::face::{Face, Place};
 
 /// A cell with general faces: those on each of its sides, in the order of [`NEIGHBOURS`](crate::lattice::NEIGHBOURS).
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct Cell {
     pub place: Place,
     pub beside: Beside,
@@ -16,7 +16,7 @@ pub(super) struct Cell {
 }
 
 /// A side of a cell in the rows of fluxes, and the faces that it consists of.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct SideOfCell {
     pub slot: Slot,
     /// Which side of its faces it is.
@@ -25,6 +25,7 @@ pub(super) struct SideOfCell {
 }
 
 /// Something that belongs to padded rows, row by row.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub(super) struct ByRow<T> {
     all: Vec<T>,
     of_row: Vec<Range<usize>>,

@@ -4,7 +4,7 @@ use super::super::faces::{Half, Numbers, Sill, TOGETHER, Together, over_sill};
 use super::super::{EulerianMethods, Scale};
 
 /// What passes a face: volume, tangential momentum, normal momentum lost by the first side and gained by the second, per metre.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(in super::super) struct Passing {
     pub mass: f64,
     pub tangential: f64,

@@ -15,7 +15,7 @@ const ROUNDING: f64 = 1e-9;
 pub(super) const IN_ROWS: u32 = u32::MAX;
 
 /// The way from a cell to one of its neighbours, over the face between both.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct Way {
     /// The neighbour.
     pub to: u32,
@@ -40,7 +40,7 @@ impl Way {
 }
 
 /// A face, owned by its first cell.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct Face {
     pub ends: [u32; 2],
     pub normal: Vec2,
@@ -50,7 +50,7 @@ pub(super) struct Face {
 }
 
 /// Ways and faces of the cells of a chunk.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(super) struct Chunk {
     /// Where the ways of each cell begin.
     starts: Vec<u32>,

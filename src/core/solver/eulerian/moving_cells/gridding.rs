@@ -23,6 +23,7 @@ use crate::partition::{area_and_centre, keep_left};
 use crate::physics::tracer::Mixture;
 
 /// The water of all squares, and where it may be.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub(super) struct Gridded {
     rows: Vec<WaterRow>,
     /// Of each tracer its concentration there.

@@ -13,13 +13,14 @@ use crate::lattice::Lattice;
 use crate::math::{Vec2, minmod};
 
 /// The bed and its friction by place.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub(super) struct Ground {
     lattice: Lattice,
     /// Level (m) of each bed particle as the solver counts, not a number without terrain, and its second differences (m) along a row and a column.
     points: Vec<Point>,
 }
 
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, serde::Serialize, serde::Deserialize)]
 struct Point {
     level: f64,
     /// g n² (m^(1/3)).

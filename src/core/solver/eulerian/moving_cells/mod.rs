@@ -50,7 +50,7 @@ use region::{Region, Square};
 const CHUNK: usize = 256;
 
 /// What a number of the partition stands for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 enum Cell {
     /// A cell that rests in the rows, at a padded place.
     Fixed(Place),
@@ -69,7 +69,7 @@ impl Cell {
 }
 
 /// What a cell holds: of the start of the step until its first stage has been taken, with half of that stage's gain until the second has.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, serde::Serialize, serde::Deserialize)]
 struct Held {
     /// V (m³).
     volume: f64,
@@ -80,13 +80,14 @@ struct Held {
 }
 
 /// Gradients of surface, depth and velocity of a cell, and ρ (m), which stands for the step of the bed beside it.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, serde::Serialize, serde::Deserialize)]
 struct Slopes {
     of: [Vec2; 4],
     step: f64,
 }
 
 /// All cells that move, with those beside them; arrays by the numbers of the partition.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub(crate) struct MovingCells {
     mesh: Triangulation,
     cells: Vec<Cell>,
@@ -137,7 +138,7 @@ pub(crate) struct MovingCells {
 }
 
 /// How often cells were exchanged.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Counts {
     pub splits: u64,
     pub merges: u64,

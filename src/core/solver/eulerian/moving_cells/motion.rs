@@ -8,7 +8,7 @@ use super::{CHUNK, Cell, MovingCells};
 use crate::math::Vec2;
 
 /// How fast cells need their steps, and the speed of the water in them.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Pace {
     /// The reciprocal of the step that they allow, before the Courant number (1/s); not a number where the water is none.
     pub haste: f64,

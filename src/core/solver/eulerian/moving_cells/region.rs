@@ -9,7 +9,7 @@ use super::super::general_faces::Place;
 use super::super::state::State;
 
 /// What a square of the lattice is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(super) enum Square {
     /// Not part of the partition.
     Apart,
@@ -22,6 +22,7 @@ pub(super) enum Square {
 }
 
 /// The squares of padded rows.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub(super) struct Region {
     columns: usize,
     squares: Vec<Square>,

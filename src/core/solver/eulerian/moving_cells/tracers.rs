@@ -12,7 +12,7 @@ use crate::physics::tracer::{Mixture, at_face, share_of_slopes};
 use crate::solver::TracerLedger;
 
 /// One tracer in all cells of the partition, by number.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(super) struct OfTracer {
     /// C as the faces see it.
     pub seen: Vec<f64>,
@@ -26,7 +26,7 @@ pub(super) struct OfTracer {
 }
 
 /// What of the tracers all cells have in common.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(super) struct OfAll {
     pub each: Vec<OfTracer>,
     /// Volume at the start of the step (m³), and whether that is noted.

@@ -17,7 +17,7 @@ pub(in crate::solver::eulerian) struct Near {
 }
 
 /// What is known at a face.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub(in crate::solver::eulerian) struct Inside {
     /// Depth of the particle (m) and at the face; level at the face less that of the particle.
     pub(super) depth: f64,
@@ -41,7 +41,7 @@ pub(in crate::solver::eulerian) struct Inside {
 }
 
 /// What passes a face, outwards, the signal speed there, and the state beyond; none where the face is as a wall.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(in crate::solver::eulerian) struct Passing {
     pub mass: f64,
     pub momentum: f64,

@@ -10,6 +10,7 @@ use crate::boundary::Condition;
 use crate::methods::Reconstruction;
 
 /// An end beyond which something is known.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub(super) struct OpenEnd {
     condition: Condition,
     /// Level at rest (m), counted as in the solver, where there was water at the start.
@@ -19,6 +20,7 @@ pub(super) struct OpenEnd {
 }
 
 /// What lies beyond an end.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub(super) enum End {
     Wall,
     Open(OpenEnd),

@@ -4,6 +4,7 @@ use super::super::state::{FaceRow, GradientRow, GroundRow, PrimitiveRow};
 use crate::boundary::{Channel, ChannelSection, wetted_perimeter};
 
 /// The strips of all particles and faces; those of particle i stand from i·`strips` on.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub(super) struct Ground {
     /// Strips of a section.
     pub strips: usize,
@@ -23,6 +24,7 @@ pub(super) struct Ground {
 }
 
 /// Where a section parts into the channel below and plains beside it.
+#[derive(serde::Serialize, serde::Deserialize)]
 struct Bank {
     /// Depth above the lowest strip (m), and wetted perimeter of what lies below (m).
     depth: f64,
@@ -164,6 +166,7 @@ fn banks(section: &ChannelSection) -> Vec<Bank> {
 }
 
 /// One strip of all particles, as a row of the plane: what the pairs see, and what passes between the particles.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub(super) struct StripRow {
     pub ground: GroundRow,
     pub water: PrimitiveRow,

@@ -15,6 +15,7 @@ use crate::boundary::EdgeFace;
 use crate::solver::FlowProblem;
 
 /// An edge face of the opening.
+#[derive(serde::Serialize, serde::Deserialize)]
 struct Opening {
     /// The padded cell that owns the face, and the direction in which it does.
     owner: (usize, usize),
@@ -29,6 +30,7 @@ struct Opening {
 }
 
 /// The opening of a reach.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub(super) struct Junction {
     openings: Vec<Opening>,
 }

@@ -39,7 +39,7 @@ use junction::Junction;
 pub(crate) use reaches::Reaches;
 
 /// Mean depth (m) and discharge per width of the whole section (m²/s) of a particle, as `WaterRow` has them of a cell.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
 struct Water {
     depth: f64,
     discharge: f64,
@@ -48,7 +48,7 @@ struct Water {
 }
 
 /// Mean depth (m), level (m) and velocity (m/s) of a particle.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
 struct Primitive {
     depth: f64,
     level: f64,
@@ -65,7 +65,7 @@ struct Rise {
 
 /// What passes a face: volume (m³/s) towards the near end, normal momentum (m⁴/s²) lost by the particle on the far side and gained by
 /// the one on the near side.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
 struct Face {
     volume: f64,
     lost: f64,
@@ -73,6 +73,7 @@ struct Face {
 }
 
 /// One channel.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub(super) struct Reach {
     ground: Ground,
     water: Vec<Water>,

@@ -12,6 +12,7 @@ use crate::solver::eulerian::{EulerianMethods, Scale};
 use crate::solver::{ChannelSample, FlowProblem, Passage, Way};
 
 /// All channels of a problem.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub(crate) struct Reaches {
     pub(super) reaches: Vec<Reach>,
 }

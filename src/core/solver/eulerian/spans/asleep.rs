@@ -26,6 +26,7 @@ const STILL: f64 = 1e-11;
 type Place = (usize, usize);
 
 /// The blocks of one level.
+#[derive(serde::Serialize, serde::Deserialize)]
 struct Blocks {
     /// Padded rows and columns where blocks begin, and where the last ends.
     rows: Vec<usize>,
@@ -72,7 +73,7 @@ impl Blocks {
 type Face = (usize, usize, usize);
 
 /// What sleeps, and where that is looked at.
-#[derive(Default)]
+#[derive(Default, serde::Serialize, serde::Deserialize)]
 pub(super) struct Asleep {
     levels: Vec<Blocks>,
     /// Pairs of blocks that general faces join, both ways, in order.

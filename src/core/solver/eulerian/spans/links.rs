@@ -12,7 +12,7 @@ use super::runs::{Run, holds};
 type Place = (usize, usize);
 
 /// One way over a general face.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 struct Link {
     to: Place,
     from: Place,
@@ -21,6 +21,7 @@ struct Link {
 }
 
 /// The ways over all general faces, by the rows to which they lead.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub(super) struct Links {
     links: Vec<Link>,
     /// Those that lead to each padded row.

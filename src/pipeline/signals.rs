@@ -1,0 +1,87 @@
+//! The signals that end a run: SIGINT, SIGTERM, and SIGHUP unless it is ignored.
+//!
+//! At the first one the run writes a checkpoint, then its results, and ends. At a second one, or where that takes too long, the program leaves at
+//! once, whatever it is at: what has its final name is whole, and `floodsim resume` goes on.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
+use signal_hook::iterator::{Handle, Signals as Arriving};
+
+use crate::error::Error;
+use crate::output::mark_stopped;
+
+/// How long a run has to end after a signal; batch systems kill after ten seconds and more.
+const GRACE: Duration = Duration::from_secs(8);
+
+/// The signals that came.
+pub(super) struct Signals {
+    received: Arc<AtomicUsize>,
+    folder: Arc<Mutex<Option<PathBuf>>>,
+    handle: Handle,
+}
+
+impl Drop for Signals {
+    fn drop(&mut self) {
+        self.handle.close();
+    }
+}
+
+impl Signals {
+    /// Begins to watch.
+    pub fn watch() -> Result<Self, Error> {
+        let failed = |cause: std::io::Error| Error::Internal(format!("signals cannot be watched: {cause}"));
+        let hang_up = Some(SIGHUP).filter(|_| is_stopped_by_hang_up());
+        // A file as large as the system lets it be is one that cannot be written, and no reason to be killed.
+        signal_hook::flag::register(SIGXFSZ, Arc::default()).map_err(failed)?;
+        let mut arriving = Arriving::new([SIGINT, SIGTERM].into_iter().chain(hang_up)).map_err(failed)?;
+        let signals = Signals { received: Arc::default(), folder: Arc::default(), handle: arriving.handle() };
+        let (received, folder) = (Arc::clone(&signals.received), Arc::clone(&signals.folder));
+        let watch = move || {
+            for signal in arriving.forever() {
+                if received.swap(signal as usize, Ordering::Relaxed) != 0 {
+                    leave(signal, &folder);
+                }
+                let folder = Arc::clone(&folder);
+                std::thread::spawn(move || {
+                    std::thread::sleep(GRACE);
+                    leave(signal, &folder);
+                });
+            }
+        };
+        std::thread::Builder::new().name("signals".into()).spawn(watch).map_err(failed)?;
+        Ok(signals)
+    }
+
+    /// The number of the last one; 0 before any came.
+    pub fn received(&self) -> usize {
+        self.received.load(Ordering::Relaxed)
+    }
+
+    /// The folder whose `run.json` tells of an end in haste.
+    pub fn write_to(&self, folder: &Path) {
+        *self.folder.lock().unwrap_or_else(PoisonError::into_inner) = Some(folder.to_path_buf());
+    }
+}
+
+/// Ends the program at once.
+fn leave(signal: i32, folder: &Mutex<Option<PathBuf>>) -> ! {
+    let code = 128 + signal;
+    if let Some(folder) = &*folder.lock().unwrap_or_else(PoisonError::into_inner) {
+        mark_stopped(folder, code);
+        eprintln!("error: stopped by signal {signal} before all results were written; `floodsim resume` goes on");
+    }
+    // No handler runs at this exit: those of libraries would meet files that are being written.
+    signal_hook::low_level::exit(code)
+}
+
+/// Whether SIGHUP is not ignored, as `nohup` has it: that run is to outlive its terminal, and to watch the signal would end it. Where
+/// the system does not tell, the signal is left as it is.
+fn is_stopped_by_hang_up() -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).is_some_and(|mask| mask >> (SIGHUP - 1) & 1 == 0)
+}

@@ -1,0 +1,81 @@
+//! `limits`.
+
+use std::borrow::Cow;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+
+use crate::scenario::defaults::{CHECKPOINT, MAX_PARTICLES, MEMORY_SHARE, machine_memory};
+use crate::scenario::fields::{Count, Duration, Memory, Quantity};
+use crate::scenario::model::Limits;
+use crate::scenario::read::{FromNode, Reader, section};
+use crate::scenario::tree::{Node, Value};
+use crate::scenario::yaml::{Section, quantity};
+
+section! {
+    /// Limits that are checked against an estimate before anything is allocated, beyond which the program ends with exit code 5; how often the state of
+    /// the run is kept.
+    LimitsSection, example "{memory: 8 GB}" {
+        /// Memory that the run may take; 80 % of that of the machine or its container when absent. Codes: memory-limit.
+        memory: Option<Quantity<Memory>>,
+        /// Number of riverbed particles, moving particles and strips of channels together; 50 million when absent. Codes:
+        /// particle-limit.
+        particles: Option<Quantity<Count>>,
+        /// Time on the clock between two checkpoints, from which `floodsim resume` goes on with a run that was cut off; `off` for none; 10 min when
+        /// absent. From 10 min on they take 2 % of the run at most: where one takes long, the next comes later.
+        checkpoint: Option<CheckpointInterval>,
+    }
+}
+
+/// How often the state of a run is kept.
+#[derive(Clone, Debug)]
+pub enum CheckpointInterval {
+    /// Never.
+    Off,
+    /// After so long.
+    Every(Quantity<Duration>),
+}
+
+impl FromNode for CheckpointInterval {
+    fn example() -> String {
+        "10 min".to_owned()
+    }
+
+    fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
+        match &node.value {
+            Value::Text(text) if text == "off" => Some(CheckpointInterval::Off),
+            _ => Quantity::from_node(node, reader).map(CheckpointInterval::Every),
+        }
+    }
+}
+
+impl JsonSchema for CheckpointInterval {
+    fn schema_name() -> Cow<'static, str> {
+        "CheckpointInterval".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let time = generator.subschema_for::<Quantity<Duration>>();
+        json_schema!({"anyOf": [{"const": "off"}, time]})
+    }
+}
+
+pub(super) fn resolved(section: Option<LimitsSection>) -> Limits {
+    let section = section.unwrap_or(LimitsSection { memory: None, particles: None, checkpoint: None });
+    let LimitsSection { memory, particles, checkpoint } = section;
+    Limits {
+        memory: memory.map_or_else(|| (MEMORY_SHARE * machine_memory()).floor(), |memory| memory.value()),
+        particles: particles.map_or(MAX_PARTICLES, |particles| particles.value()),
+        checkpoint: match checkpoint {
+            Some(CheckpointInterval::Off) => None,
+            Some(CheckpointInterval::Every(time)) => Some(time.value()),
+            None => Some(CHECKPOINT),
+        },
+    }
+}
+
+pub(super) fn written(limits: &Limits) -> Section {
+    Section::default()
+        .with("memory", quantity(limits.memory, "B"))
+        .with("particles", limits.particles)
+        .with("checkpoint", limits.checkpoint.map_or_else(|| "off".into(), |every| quantity(every, "s")))
+}
