@@ -103,9 +103,7 @@ impl Variational {
 
     /// Sets the gradients of level and velocity in `densities`.
     pub(super) fn find_gradients(&mut self, water: &MovingWater) {
-        let gradients = |i: usize, list: &mut Vec<u32>| {
-            with_kernel!(&self.kernel, kernel => self.gradients_of(kernel, water, i, water.neighbours.of(i, list)))
-        };
+        let gradients = |i: usize, list: &mut Vec<u32>| with_kernel!(&self.kernel, kernel => self.gradients_of(kernel, water, i, water.neighbours.of(i, list)));
         let found: Vec<[Vec2; 3]> = (0..self.densities.len())
             .into_par_iter()
             .with_min_len(CHUNK)
@@ -132,7 +130,8 @@ impl Variational {
             let offset = isometry.point(particles.position[j]) - particles.position[i];
             let r = offset.norm().max(f64::MIN_POSITIVE);
             let e = offset / r;
-            let face = -particles.volume[j] / particles.depth[j] * kernel.slope(r, inverse_of_pair(own.inverse_h.powi(-2), self.densities[j].inverse_h.powi(-2)));
+            let face = -particles.volume[j] / particles.depth[j]
+                * kernel.slope(r, inverse_of_pair(own.inverse_h.powi(-2), self.densities[j].inverse_h.powi(-2)));
             let difference = isometry.vector(particles.velocity[j]) - particles.velocity[i];
             moment.xx += face * r * e.x * e.x;
             moment.xy += face * r * e.x * e.y;

@@ -75,9 +75,7 @@ impl Variational {
                 None => {
                     0.5 * g * (mine.grad_h + other.grad_h) + viscosity(mine, other, (r, of_pair), right.u - left.u, g)
                 }
-                Some(p) => {
-                    p * (mine.grad_h / (d_i * d_i) + other.grad_h / (d_j * d_j))
-                }
+                Some(p) => p * (mine.grad_h / (d_i * d_i) + other.grad_h / (d_j * d_j)),
             };
             // The gradient of W by x_i points against e.
             force += e * (particles.volume[j] * slope * pair);

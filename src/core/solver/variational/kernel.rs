@@ -80,7 +80,8 @@ impl ChosenKernel {
         let reach = (factor * self.support()).ceil() as i32;
         let rows = if dimension == Dimension::One { 0..=0 } else { -reach..=reach };
         let places = rows.flat_map(|row| (-reach..=reach).map(move |column| f64::from(row * row + column * column)));
-        let sum: f64 = places.map(f64::sqrt).map(|r| r * with_kernel!(self, kernel => kernel.slope(r, 1.0 / factor))).sum();
+        let sum: f64 =
+            places.map(f64::sqrt).map(|r| r * with_kernel!(self, kernel => kernel.slope(r, 1.0 / factor))).sum();
         -sum / dimension.count()
     }
 

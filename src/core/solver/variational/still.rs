@@ -87,7 +87,8 @@ impl Variational {
     ) {
         let (ground, place) = (self.grounds[i], water.particles.position[i]);
         if !ground.elevation.is_finite() {
-            (density.level, density.still, density.grad_h) = (density.depth, Vec2::ZERO, 1.0 / density.raw_beta.max(1.0 / MOST_GRAD_H));
+            (density.level, density.still, density.grad_h) =
+                (density.depth, Vec2::ZERO, 1.0 / density.raw_beta.max(1.0 / MOST_GRAD_H));
             return;
         }
         let mut sums = Sums::default();
@@ -205,7 +206,12 @@ impl Variational {
             let of_pair = inverse_of_pair(h_squared(i), h_squared(j));
             let (share, weight) = (area(j) * kernel.value(r, of_pair), area(j) * kernel.slope(r, of_pair));
             highest = highest.max(height);
-            others.push(Near { height, share, slope: offset * (weight / r.max(f64::MIN_POSITIVE)), moment: weight * r });
+            others.push(Near {
+                height,
+                share,
+                slope: offset * (weight / r.max(f64::MIN_POSITIVE)),
+                moment: weight * r,
+            });
         }
         highest
     }
@@ -217,7 +223,9 @@ fn level_of(submerged: f64, around: &Around) -> f64 {
     for _ in 0..MOST_ROUNDS {
         // What the sums are above the level, and how they change with it.
         let (mut excess, mut slope) = (0.0, 1.0);
-        for (near, sign) in around.cells.iter().map(|near| (near, 1.0)).chain(around.others.iter().map(|near| (near, -1.0))) {
+        for (near, sign) in
+            around.cells.iter().map(|near| (near, 1.0)).chain(around.others.iter().map(|near| (near, -1.0)))
+        {
             if near.height > level {
                 excess += sign * near.share * (near.height - level);
                 slope -= sign * near.share;
