@@ -61,7 +61,7 @@ fn channel_of_one_row_pushes_nothing_across_over_an_uneven_bed() {
     let particles = &solver.state().particles;
     assert!(particles.velocity.iter().all(|v| v.y.abs() <= 0.0), "{:?}", particles.velocity);
     assert!(particles.position.iter().all(|place| (place.y - middle).abs() <= 0.0));
-    // Still water on the lattice of its bed rests (M111): rounding of forces of 10 m/s², 300 steps long.
+    // Still water on the lattice of its bed rests (M116): rounding of forces of 10 m/s², 300 steps long.
     assert!(max_speed(&solver) < 1e-9, "{:e} m/s", max_speed(&solver));
 }
 

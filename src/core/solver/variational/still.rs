@@ -1,7 +1,7 @@
 //! What still water would do in the place of a particle: the level of its water, and the slope of the bed that balances still water.
 //!
 //! Still water of a level L on the cells b of the lattice sums up to a depth and pushes a particle as the particles of that water would.
-//! L_i is the level at which that depth is the particle's own; what that water pushes is taken from what the water around it does (M111).
+//! L_i is the level at which that depth is the particle's own; what that water pushes is taken from what the water around it does (M116).
 //! ```text
 //! d_i = L_i − z_i + Σ_b A e_b W,   e_b = z_i + ∇z_b·x_ib − z_b + [z_b − L_i]₊
 //! a_still = g ∇z_b − (g/λ) Σ_b A e_b ∇W,   λ = −Σ A r W'/dim of the lattice
