@@ -7,7 +7,8 @@
 //! a_still = g ∇z_b − (g/λ) Σ_b A e_b ∇W,   λ = −Σ A r W'/dim of the lattice
 //! ```
 //! Over a plane bed under water this is g ∇z_b. Where particles j stand on ground above L_i, their A_j [z_j − L_i]₊ are taken off e: what is wet
-//! there is no bank. So a film on a slope is driven by the whole slope, and a lake rests at its shore.
+//! there is no bank. So a film on a slope is driven by the whole slope, and a lake rests at its shore. A particle whose own ground stands out of
+//! that water is a film without a lake about it: by 1 + (L_i − z_i)/d_i, between 0 and 1, all of this gives way to L_i = z_i + d_i and g ∇z_b.
 
 use rayon::prelude::*;
 
@@ -107,10 +108,11 @@ impl Variational {
                 sums.add(other, level - other.height);
             }
         }
-        density.level = level;
-        density.still = ground.slope * water.gravity + sums.slope * (water.gravity / self.lattice_moment);
-        let depth = level - ground.elevation;
-        let beta = (self.lattice_moment * depth - sums.moment / self.dimension.count()) / density.depth;
+        let part = part_of_still_water(level - ground.elevation, density.depth);
+        let depth = density.depth + part * (level - ground.elevation - density.depth);
+        density.level = ground.elevation + depth;
+        density.still = ground.slope * water.gravity + sums.slope * (part * water.gravity / self.lattice_moment);
+        let beta = (self.lattice_moment * depth - part * sums.moment / self.dimension.count()) / density.depth;
         density.grad_h = grad_h(beta, density.raw_beta) / self.lattice_moment;
     }
 
@@ -238,6 +240,12 @@ fn level_of(submerged: f64, around: &Around) -> f64 {
         }
     }
     level
+}
+
+/// By how much still water is the measure of a particle: 1 where its ground is under that water, 0 where its ground stands out of it by
+/// the depth of the particle. `still` is the depth (m) of that water over the ground, below 0 where the ground stands out.
+fn part_of_still_water(still: f64, depth: f64) -> f64 {
+    (1.0 + still / depth).clamp(0.0, 1.0)
 }
 
 /// β of still water over that of the particle.
