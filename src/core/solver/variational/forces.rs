@@ -6,8 +6,9 @@
 //! dv/dt −= Σ m_j Π_ij ∇W,   Π_ij = −(c̄ − 3/2 w) w/d̄,   w = (v_ij·x_ij)/√(r² + 0.01 h_ij²)
 //! ```
 //!
-//! which is that of `Monaghan1997` (M117): what approaches faster than waves run is stopped, too, and passes through nothing. The others put p* of a Riemann solver (`physics::flux`) for both pressures. All see
-//! the states of the particles, or states carried to the middle between them by limited gradients; the viscosity sees v_ij only.
+//! which is that of `Monaghan1997` (M117): what approaches faster than waves run is stopped, too, and passes through nothing. The others put p* of a
+//! Riemann solver (`physics::flux`) for both pressures. All see the states of the particles, or states carried to the middle between them by
+//! limited gradients; the viscosity sees v_ij only.
 
 use rayon::prelude::*;
 
