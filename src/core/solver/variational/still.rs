@@ -6,6 +6,7 @@
 //! d_i = L_i − z_i + Σ_b A e_b W,   e_b = z_i + ∇z_b·x_ib − z_b + [z_b − L_i]₊
 //! a_still = g ∇z_b − (g/λ) Σ_b A e_b ∇W,   λ = −Σ A r W'/dim of the lattice
 //! ```
+//! e is over the tangent plane of the bed at i, whose own water is that of a whole lattice, plus that of what walls show beyond one.
 //! Over a plane bed under water this is g ∇z_b. Where particles j stand on ground above L_i, their A_j [z_j − L_i]₊ are taken off e: what is wet
 //! there is no bank. So a film on a slope is driven by the whole slope, and a lake rests at its shore. A particle whose own ground stands out of
 //! that water is a film without a lake about it: by 1 + (L_i − z_i)/d_i, between 0 and 1, all of this gives way to L_i = z_i + d_i and g ∇z_b.
@@ -14,9 +15,9 @@ use rayon::prelude::*;
 
 use super::{CHUNK, Density, MovingWater, Seen, Variational, inverse_of_pair, with_kernel};
 use crate::bed::BedPoint;
-use crate::boundary::{Image, ImageScratch, Viewpoint};
+use crate::boundary::{Edge, Image, ImageScratch, Viewpoint};
 use crate::gridding::cells_within;
-use crate::math::Vec2;
+use crate::math::{Vec2, segments_cross};
 use crate::physics::dimension::Dimension;
 use crate::physics::kernel::{Shape, Smoothing};
 
@@ -24,6 +25,8 @@ use crate::physics::kernel::{Shape, Smoothing};
 const MOST_GRAD_H: f64 = 3.0;
 /// Newton's steps for the level. The sums are linear between the heights of cells.
 const MOST_ROUNDS: usize = 30;
+/// Less than this of a lattice is taken for this much.
+const LEAST_SHARE: f64 = 0.1;
 
 /// A cell or a particle near a particle.
 #[derive(Clone, Copy, Debug)]
@@ -46,6 +49,9 @@ struct Around {
     images: ImageScratch,
     cells: Vec<Near>,
     others: Vec<Near>,
+    /// What walls show of the lattice beyond what a whole one has.
+    surplus: Sums,
+    near_walls: Vec<u32>,
 }
 
 /// Sums of e over what is near a particle.
@@ -98,9 +104,10 @@ impl Variational {
         let seen = water.neighbours.of(i, &mut list);
         let highest = highest.max(self.list_others(kernel, water, i, seen, &mut around.others));
         around.indices = list;
-        let mut level = ground.elevation + density.depth - sums.share;
+        let whole = (1.0 + around.surplus.share).max(LEAST_SHARE);
+        let mut level = ground.elevation + (density.depth - sums.share) / whole;
         if level < highest {
-            level = level_of(level, around);
+            level = level_of(level, whole, around);
             for cell in around.cells.iter().filter(|cell| cell.height > level) {
                 sums.add(cell, cell.height - level);
             }
@@ -108,8 +115,11 @@ impl Variational {
                 sums.add(other, level - other.height);
             }
         }
-        let part = part_of_still_water(level - ground.elevation, density.depth);
-        let depth = density.depth + part * (level - ground.elevation - density.depth);
+        let still = level - ground.elevation;
+        let part = part_of_still_water(still, density.depth);
+        sums.slope += around.surplus.slope * still;
+        sums.moment += around.surplus.moment * still;
+        let depth = density.depth + part * (still - density.depth);
         density.level = ground.elevation + depth;
         density.still = ground.slope * water.gravity + sums.slope * (part * water.gravity / self.lattice_moment);
         let beta = (self.lattice_moment * depth - part * sums.moment / self.dimension.count()) / density.depth;
@@ -129,6 +139,7 @@ impl Variational {
         let inverse_h = inverse_of_pair(density.inverse_h.powi(-2), (self.factor * lattice.spacing).powi(2));
         let reach = kernel.support() / inverse_h;
         around.cells.clear();
+        around.surplus = Sums::default();
         let area = self.dimension.area(lattice.spacing);
         let mut highest = f64::NEG_INFINITY;
         let mut take = |cell: usize, offset: Vec2| {
@@ -167,8 +178,57 @@ impl Variational {
                 let centre = water.walls.isometries()[image.transform as usize].point(centre);
                 take(image.index as usize, self.along(centre - place));
             }
+            self.compare_with_whole_lattice(kernel, water, (place, ground.slope), inverse_h, (around, sums));
         }
         highest
+    }
+
+    /// Beside walls, where the lattice and its images may have more or less than a whole lattice: sets what they have beyond it, and takes
+    /// that of the tangent plane out of the sums. What is missing beyond an open edge is left out: no water is there.
+    fn compare_with_whole_lattice<S: Shape>(
+        &self,
+        kernel: &Smoothing<S>,
+        water: &MovingWater,
+        (place, tilt): (Vec2, Vec2),
+        inverse_h: f64,
+        (around, sums): (&mut Around, &mut Sums),
+    ) {
+        let (lattice, reach) = (&water.bed.lattice, kernel.support() / inverse_h);
+        let area = self.dimension.area(lattice.spacing);
+        let Around { seen, surplus, near_walls, .. } = around;
+        let mut add = |offset: Vec2, sign: f64| {
+            let r = offset.norm();
+            if r < reach {
+                let weight = area * kernel.slope(r, inverse_h);
+                let slope = offset * (weight / r.max(f64::MIN_POSITIVE));
+                let share = area * kernel.value(r, inverse_h);
+                let near = Near { height: 0.0, share, slope, moment: weight * r };
+                surplus.add(&near, sign);
+                sums.add(&near, -sign * tilt.dot(offset));
+            }
+        };
+        for image in seen.iter() {
+            let centre = water.cell_centres[image.index as usize];
+            add(self.along(water.walls.isometries()[image.transform as usize].point(centre) - place), 1.0);
+        }
+        water.walls.near(place, reach, near_walls);
+        near_walls.retain(|&edge| water.walls.edges()[edge as usize].is_open);
+        let is_left = |centre: Vec2| {
+            let crosses = |edge: &Edge| segments_cross([place, centre], [edge.start, edge.end]);
+            near_walls.iter().any(|&edge| crosses(&water.walls.edges()[edge as usize]))
+        };
+        let along_axis = |from: f64| {
+            let (first, last) = ((from - reach) / lattice.spacing, (from + reach) / lattice.spacing);
+            (first.floor() as i64..=last.floor() as i64).map(|cell| (cell as f64 + 0.5) * lattice.spacing)
+        };
+        for y in along_axis(place.y) {
+            if self.dimension == Dimension::One && (y - place.y).abs() >= 0.5 * lattice.spacing {
+                continue;
+            }
+            for centre in along_axis(place.x).map(|x| Vec2::new(x, y)).filter(|&centre| !is_left(centre)) {
+                add(self.along(centre - place), -1.0);
+            }
+        }
     }
 
     /// An offset, along the channel alone in one dimension.
@@ -220,11 +280,13 @@ impl Variational {
 }
 
 /// The level at which still water has the depth of the particle, from the one that it would have if nothing stood above it.
-fn level_of(submerged: f64, around: &Around) -> f64 {
+///
+/// `whole` is Σ A W of the lattice and its images, 1 but beside walls.
+fn level_of(submerged: f64, whole: f64, around: &Around) -> f64 {
     let mut level = submerged;
     for _ in 0..MOST_ROUNDS {
         // What the sums are above the level, and how they change with it.
-        let (mut excess, mut slope) = (0.0, 1.0);
+        let (mut excess, mut slope) = (0.0, whole);
         for (near, sign) in
             around.cells.iter().map(|near| (near, 1.0)).chain(around.others.iter().map(|near| (near, -1.0)))
         {
@@ -233,7 +295,7 @@ fn level_of(submerged: f64, around: &Around) -> f64 {
                 slope -= sign * near.share;
             }
         }
-        let change = (submerged - level - excess) / slope.max(0.1);
+        let change = (whole * (submerged - level) - excess) / slope.max(LEAST_SHARE);
         level += change;
         if change.abs() <= 1e-14 * level.abs().max(1.0) {
             break;
