@@ -80,6 +80,22 @@ fn box_of_level_water_stays_at_rest_between_its_walls() {
     }
 }
 
+#[test]
+fn still_water_beside_an_oblique_wall_rests() {
+    // Images in an oblique wall lie on no lattice: the sums of cells there are as far from 1 as those of the particles.
+    let cells = (SIZE / SPACING).round() as usize;
+    let mut problem = problem(cells, cells, SPACING, |p| 0.3 * (1.3 * p.x).sin() * (0.9 * p.y).cos());
+    problem.courant = VariationalSolver::default_courant(Integrator::Leapfrog);
+    problem.bed.is_sloped = true;
+    problem.walls.push([Vec2::new(3.13, 0.0), Vec2::new(8.37, SIZE)]);
+    let places = jittered_lattice(SIZE, SIZE, SPACING, 0.0);
+    let seeds = seeds_at(&problem, &places, SPACING * SPACING, |_| 2.0);
+    let mut solver = VariationalSolver::new(problem, seeds, Integrator::Leapfrog, Stabilisation::ArtificialViscosity);
+    run_steps(&mut solver, 100);
+    // Rounding of forces of 10 m/s², 100 steps long.
+    assert!(max_speed(&solver) < 1e-9, "{:e} m/s", max_speed(&solver));
+}
+
 /// Greatest changes of two energies (m²/s²) of a lone particle that slides through a bowl of radius of curvature 20 m from a
 /// height of 10 m, over its kinetic energy at the bottom: with and without that of the vertical motion.
 #[expect(clippy::unwrap_used, reason = "a failed step is a failed test")]
