@@ -187,6 +187,16 @@ impl Formulation {
     }
 }
 
+impl Formulation {
+    /// The kernel unless the scenario says otherwise. Particles under a kernel of Wendland do not pair.
+    pub fn usual_kernel(self) -> Kernel {
+        match self {
+            Formulation::Balanced => Kernel::default(),
+            Formulation::Variational => Kernel::WendlandC2,
+        }
+    }
+}
+
 impl Stabilisation {
     /// The reconstruction that goes with it unless the scenario says otherwise.
     pub fn usual_reconstruction(self) -> Reconstruction {

@@ -12,6 +12,7 @@ fn push(particles: &mut FluidParticles, position: Vec2, spacing: f64, depth: f64
     particles.depth.push(depth);
     particles.velocity.push(velocity);
     particles.smoothing_length.push(1.5 * spacing);
+    particles.share.push(spacing * spacing * depth);
 }
 
 /// Particles at distances of `spacing` over a rectangle, moved by up to `jitter` spacings, where a depth is given.

@@ -31,6 +31,8 @@ pub struct Particle {
     pub depth: f64,
     /// Smoothing length h (m).
     pub smoothing_length: f64,
+    /// V̂ (m³), by which the smoothing length follows the depth.
+    pub share: f64,
 }
 
 /// The moving state of all fluid particles. All vectors have the same length.
@@ -46,6 +48,8 @@ pub struct FluidParticles {
     pub depth: Vec<f64>,
     /// Smoothing length h (m).
     pub smoothing_length: Vec<f64>,
+    /// V̂ (m³), by which the smoothing length follows the depth.
+    pub share: Vec<f64>,
 }
 
 /// Keeps those values only whose particles are marked, in their order.
@@ -63,6 +67,7 @@ impl FluidParticles {
             volume: seeds.iter().map(|seed| seed.volume).collect(),
             depth: seeds.iter().map(|seed| seed.depth).collect(),
             smoothing_length: vec![0.0; seeds.len()],
+            share: seeds.iter().map(|seed| seed.volume).collect(),
         }
     }
 
@@ -73,6 +78,7 @@ impl FluidParticles {
         self.volume.push(particle.volume);
         self.depth.push(particle.depth);
         self.smoothing_length.push(particle.smoothing_length);
+        self.share.push(particle.share);
     }
 
     /// Keeps those particles only that are marked, in their order.
@@ -82,6 +88,7 @@ impl FluidParticles {
         retain_marked(&mut self.volume, is_kept);
         retain_marked(&mut self.depth, is_kept);
         retain_marked(&mut self.smoothing_length, is_kept);
+        retain_marked(&mut self.share, is_kept);
     }
 
     /// Number of particles.

@@ -34,7 +34,7 @@ section! {
         reconstruction: Option<Chosen<Reconstruction>>,
         /// Particles at the start: one in each wet cell, or all of one volume (in `variational`); lattice when absent. Codes: method-combination.
         seeding: Option<Chosen<Seeding>>,
-        /// Smoothing kernel of `variational`; cubic_spline when absent. Codes: method-combination.
+        /// Smoothing kernel of `variational`; wendland_c2 when absent. Codes: method-combination.
         kernel: Option<Chosen<Kernel>>,
         /// Time integration; `heun`, but `leapfrog` in `variational`, when absent. Codes: method-combination.
         integrator: Option<Chosen<Integrator>>,
@@ -164,7 +164,7 @@ pub(super) fn resolved(section: Option<&NumericsSection>) -> Numerics {
         stabilisation,
         reconstruction: section.and_then(|s| s.reconstruction.as_ref()).map_or(usual_states, |chosen| chosen.0.value),
         seeding: section.and_then(|s| s.seeding.as_ref()).map_or(Seeding::default(), |chosen| chosen.0.value),
-        kernel: section.and_then(|s| s.kernel.as_ref()).map_or(Kernel::default(), |chosen| chosen.0.value),
+        kernel: section.and_then(|s| s.kernel.as_ref()).map_or(formulation.usual_kernel(), |chosen| chosen.0.value),
         integrator: section.and_then(|s| s.integrator.as_ref()).map_or(usual_integrator, |chosen| chosen.0.value),
         bed_slope: section.and_then(|s| s.bed_slope.as_ref()).map_or(BedSlope::default(), |chosen| chosen.0.value),
         turbulence: section.and_then(|s| s.turbulence.as_ref()).map_or(Turbulence::default(), |chosen| chosen.0.value),

@@ -1,20 +1,20 @@
 //! Summed depth and smoothing length of each particle, found together by Newton's method, and the gradients for limited
 //! reconstruction.
 //!
-//! With S(h) = Σ m_j W(r, h) and h tied to d, the derivative of d − S at the solution is β, so that d ← d + (S − d)/β.
+//! With S(h) = Σ m_j W(r, h_ij) and h tied to d, d ← d + (S − d)/(1 − dS/dd).
 
 use rayon::prelude::*;
 
 use super::correction::correction;
-use super::{CHUNK, Density, MovingWater, SLACK, Seen, Variational, with_kernel};
+use super::{CHUNK, Density, MovingWater, SLACK, Seen, Variational, inverse_of_pair, with_kernel};
 use crate::math::{Sym2, Vec2};
-use crate::methods::Reconstruction;
 use crate::physics::kernel::{Shape, Smoothing};
 
 const MOST_ROUNDS: usize = 30;
-const TOLERANCE: f64 = 1e-10;
-/// A lonely particle has β = 0; below this the step of Newton's method is damped.
-const LEAST_BETA: f64 = 0.3;
+/// Relative: what is left drives still water.
+const TOLERANCE: f64 = 1e-13;
+/// Below this rate of d − S the step of Newton's method is damped.
+const LEAST_RATE: f64 = 0.3;
 
 impl Variational {
     /// Sets depth and smoothing length of all particles, and `densities`.
@@ -38,71 +38,109 @@ impl Variational {
 
     fn density_of<S: Shape>(&self, kernel: &Smoothing<S>, water: &MovingWater, i: usize, images: Seen<'_>) -> Density {
         let particles = &water.particles;
-        let volume = particles.volume[i];
+        let (volume, share) = (particles.volume[i], particles.share[i]);
         let h_limit = SLACK * particles.smoothing_length[i];
         // The smoothing length may not outgrow the search: so the depth has a floor.
         let floor = match self.dimension {
-            crate::physics::dimension::Dimension::One => volume * self.factor / h_limit,
-            crate::physics::dimension::Dimension::Two => volume * (self.factor / h_limit).powi(2),
+            crate::physics::dimension::Dimension::One => share * self.factor / h_limit,
+            crate::physics::dimension::Dimension::Two => share * (self.factor / h_limit).powi(2),
         }
         .max(water.dry_depth);
+        let count = self.dimension.count();
         let mut d = particles.depth[i].max(floor);
-        let (mut inverse_h, mut beta) = (0.0, 1.0);
+        let (mut inverse_h, mut raw_beta) = (0.0, 1.0);
         for _ in 0..MOST_ROUNDS {
-            inverse_h = 1.0 / (self.factor * self.dimension.edge(volume / d));
+            inverse_h = 1.0 / (self.factor * self.dimension.edge(share / d));
+            let h_squared = inverse_h.powi(-2);
+            // Of the sum, its first moment, and the part of dim S that follows the own smoothing length.
             let mut sum = volume * kernel.value(0.0, inverse_h);
-            let mut moment = 0.0;
+            let (mut moment, mut own) = (0.0, count * sum);
             for image in images.iter() {
                 let j = image.index as usize;
                 let other = water.walls.isometries()[image.transform as usize].point(particles.position[j]);
                 let r = (other - particles.position[i]).norm();
-                sum += particles.volume[j] * kernel.value(r, inverse_h);
-                moment -= particles.volume[j] * r * kernel.slope(r, inverse_h);
+                let of_pair = inverse_of_pair(h_squared, particles.smoothing_length[j].powi(2));
+                let (share, slope) = (particles.volume[j] * kernel.value(r, of_pair), r * kernel.slope(r, of_pair));
+                sum += share;
+                moment -= particles.volume[j] * slope;
+                own += 0.5 * h_squared * of_pair * of_pair * (count * share + particles.volume[j] * slope);
             }
-            beta = (moment / (self.dimension.count() * d)).max(LEAST_BETA);
-            let next = (d + (sum - d) / beta).clamp(0.7 * d, 1.4 * d).max(floor);
+            raw_beta = moment / (count * d);
+            let rate = (1.0 - own / (count * d)).max(LEAST_RATE);
+            let next = (d + (sum - d) / rate).clamp(0.7 * d, 1.4 * d).max(floor);
             let change = (next - d).abs();
             d = next;
             if change <= TOLERANCE * d {
                 break;
             }
         }
-        let mut density = Density { depth: d, inverse_h, beta, ..Density::default() };
-        if self.reconstruction != Reconstruction::None {
-            self.find_gradients(kernel, water, i, images, &mut density);
-        }
-        density
+        Density { depth: d, inverse_h, raw_beta, ..Density::default() }
     }
 
-    /// Corrected gradients over the particle's own kernel; depths of neighbours are those of the latest evaluation.
-    fn find_gradients<S: Shape>(
+    /// V̂, by which the smoothing length follows the depth: that of a plane area A at the start, h = k_h A^(1/dim) whatever the water there.
+    pub(super) fn weigh(&mut self, water: &mut MovingWater) {
+        let around = &*water;
+        let mut list = Vec::new();
+        let sums: Vec<f64> = (0..around.particles.len())
+            .map(|i| {
+                let particles = &around.particles;
+                let inverse_h = 1.0 / particles.smoothing_length[i];
+                let own = particles.volume[i] * self.kernel.value(0.0, inverse_h);
+                around.neighbours.of(i, &mut list).iter().fold(own, |sum, image| {
+                    let j = image.index as usize;
+                    let other = around.walls.isometries()[image.transform as usize].point(particles.position[j]);
+                    let r = (other - particles.position[i]).norm();
+                    sum + particles.volume[j] * self.kernel.value(r, inverse_h)
+                })
+            })
+            .collect();
+        let particles = &mut water.particles;
+        for (i, depth) in sums.into_iter().enumerate() {
+            particles.share[i] = particles.volume[i] / particles.depth[i] * depth.max(water.dry_depth);
+            particles.depth[i] = depth.max(water.dry_depth);
+        }
+    }
+
+    /// Sets the gradients of level and velocity in `densities`.
+    pub(super) fn find_gradients(&mut self, water: &MovingWater) {
+        let gradients = |i: usize, list: &mut Vec<u32>| with_kernel!(&self.kernel, kernel => self.gradients_of(kernel, water, i, water.neighbours.of(i, list)));
+        let found: Vec<[Vec2; 3]> = (0..self.densities.len())
+            .into_par_iter()
+            .with_min_len(CHUNK)
+            .map_init(Vec::new, |list, i| gradients(i, list))
+            .collect();
+        for (density, [level, u, v]) in self.densities.iter_mut().zip(found) {
+            (density.grad_level, density.grad_u, density.grad_v) = (level, u, v);
+        }
+    }
+
+    /// Corrected gradients over the particle's own kernel.
+    fn gradients_of<S: Shape>(
         &self,
         kernel: &Smoothing<S>,
         water: &MovingWater,
         i: usize,
         images: Seen<'_>,
-        density: &mut Density,
-    ) {
-        let particles = &water.particles;
-        let (mut moment, mut depth, mut u, mut v) = (Sym2::default(), Vec2::ZERO, Vec2::ZERO, Vec2::ZERO);
+    ) -> [Vec2; 3] {
+        let (particles, own) = (&water.particles, &self.densities[i]);
+        let (mut moment, mut level, mut u, mut v) = (Sym2::default(), Vec2::ZERO, Vec2::ZERO, Vec2::ZERO);
         for image in images.iter() {
             let j = image.index as usize;
             let isometry = &water.walls.isometries()[image.transform as usize];
             let offset = isometry.point(particles.position[j]) - particles.position[i];
             let r = offset.norm().max(f64::MIN_POSITIVE);
             let e = offset / r;
-            let face = -particles.volume[j] / particles.depth[j] * kernel.slope(r, density.inverse_h);
+            let face = -particles.volume[j] / particles.depth[j]
+                * kernel.slope(r, inverse_of_pair(own.inverse_h.powi(-2), self.densities[j].inverse_h.powi(-2)));
             let difference = isometry.vector(particles.velocity[j]) - particles.velocity[i];
             moment.xx += face * r * e.x * e.x;
             moment.xy += face * r * e.x * e.y;
             moment.yy += face * r * e.y * e.y;
-            depth += e * (face * (particles.depth[j] - particles.depth[i]));
+            level += e * (face * (self.densities[j].level - own.level));
             u += e * (face * difference.x);
             v += e * (face * difference.y);
         }
         let correction = correction(moment);
-        density.grad_depth = correction.apply(depth);
-        density.grad_u = correction.apply(u);
-        density.grad_v = correction.apply(v);
+        [level, u, v].map(|sum| correction.apply(sum))
     }
 }

@@ -3,15 +3,16 @@
 //! The viscosity acts on approaching pairs:
 //!
 //! ```text
-//! dv/dt −= Σ m_j Π_ij ∇W̄,   Π_ij = −α c̄ (v_ij·x_ij) / (d̄ √(r² + 0.01 h̄²)),   α = 1
+//! dv/dt −= Σ m_j Π_ij ∇W,   Π_ij = −(c̄ − 3/2 w) w/d̄,   w = (v_ij·x_ij)/√(r² + 0.01 h_ij²)
 //! ```
 //!
-//! which is `Monaghan1992` without the ratio h̄/r. The others put p* of a Riemann solver (`physics::flux`) for both pressures. All see
-//! the states of the particles, or states carried to the middle between them by limited gradients; the viscosity sees v_ij only.
+//! which is that of `Monaghan1997` (M117): what approaches faster than waves run is stopped, too, and passes through nothing. The others put p* of a
+//! Riemann solver (`physics::flux`) for both pressures. All see the states of the particles, or states carried to the middle between them by
+//! limited gradients; the viscosity sees v_ij only.
 
 use rayon::prelude::*;
 
-use super::{CHUNK, Density, MovingWater, Rates, Seen, Variational, with_kernel};
+use super::{CHUNK, Density, MovingWater, Rates, Seen, Variational, inverse_of_pair, with_kernel};
 use crate::math::{Sym2, Vec2};
 use crate::methods::{BedSlope, Reconstruction, Stabilisation};
 use crate::physics::celerity;
@@ -19,8 +20,10 @@ use crate::physics::flux::{FaceSolver, LaxFriedrichs, Side, TwoWaves, two_shock}
 use crate::physics::kernel::{Shape, Smoothing};
 use crate::physics::limiter::van_leer;
 
-/// α of the artificial viscosity.
-const VISCOSITY: f64 = 1.0;
+/// How the speed of approach adds to the speeds of both waves (`Monaghan1997`: 3).
+const SIGNAL: f64 = 3.0;
+/// Pairs that separate more slowly than this share of the speed of waves are braked, too.
+const STILL: f64 = 1e-3;
 
 impl Variational {
     /// Fills `water.rates`.
@@ -50,14 +53,16 @@ impl Variational {
             let r = offset.norm();
             let e = offset / r.max(f64::MIN_POSITIVE);
             let own_e = isometry.inverse_vector(e);
-            // Slopes of W along e; positive ones are there with the super-Gaussian only.
-            let (slope_i, slope_j) = (kernel.slope(r, mine.inverse_h), kernel.slope(r, other.inverse_h));
-            if slope_i.abs() + slope_j.abs() <= 0.0 {
+            // The slope of W along e; positive ones are there with the super-Gaussian only.
+            let of_pair = inverse_of_pair(mine.inverse_h.powi(-2), other.inverse_h.powi(-2));
+            let slope = kernel.slope(r, of_pair);
+            if slope == 0.0 {
                 continue;
             }
             let v_j = isometry.vector(particles.velocity[j]);
             let (u_i, u_j) = (v_i.dot(e), v_j.dot(e));
-            let (left, right) = self.sides(mine, other, (e, own_e), r, (u_i, u_j), g);
+            let (d_i, d_j) = over_one_bed(mine, other);
+            let (left, right) = self.sides((mine, other), (d_i, d_j), (e, own_e), r, (u_i, u_j), g);
             let pressure = match self.stabilisation {
                 Stabilisation::ArtificialViscosity => None,
                 Stabilisation::TwoShocks => {
@@ -69,22 +74,21 @@ impl Variational {
             };
             let pair = match pressure {
                 None => {
-                    0.5 * g * (slope_i / mine.beta + slope_j / other.beta)
-                        + viscosity(mine, other, r, right.u - left.u, g) * 0.5 * (slope_i + slope_j)
+                    0.5 * g * (mine.grad_h + other.grad_h) + viscosity(mine, other, (r, of_pair), right.u - left.u, g)
                 }
-                Some(p) => {
-                    p * (slope_i / (mine.depth * mine.depth * mine.beta)
-                        + slope_j / (other.depth * other.depth * other.beta))
-                }
+                Some(p) => p * (mine.grad_h / (d_i * d_i) + other.grad_h / (d_j * d_j)),
             };
             // The gradient of W by x_i points against e.
-            force += e * (particles.volume[j] * pair);
+            force += e * (particles.volume[j] * slope * pair);
             approach = approach.max((u_j - u_i).abs());
         }
-        let slope = self.slopes[i];
+        let slope = self.grounds[i].slope;
         let acceleration = match self.bed_slope {
-            BedSlope::Hydrostatic => force - slope * g,
-            BedSlope::Steep => on_steep_bed(force, v_i, slope, water.curvature_at(particles.position[i]), g),
+            BedSlope::Hydrostatic => force - mine.still,
+            BedSlope::Steep => {
+                let internal = force - mine.still + slope * g;
+                on_steep_bed(internal, v_i, slope, water.curvature_at(particles.position[i]), g)
+            }
         };
         Rates { acceleration, approach, reach: 1.0 / mine.inverse_h }
     }
@@ -93,25 +97,35 @@ impl Variational {
     #[inline(always)]
     fn sides(
         &self,
-        mine: &Density,
-        other: &Density,
+        (mine, other): (&Density, &Density),
+        (own, others): (f64, f64),
         (e, own_e): (Vec2, Vec2),
         r: f64,
         u: (f64, f64),
         g: f64,
     ) -> (Side, Side) {
-        let (mut d_l, mut u_l, mut d_r, mut u_r) = (mine.depth, u.0, other.depth, u.1);
+        let (mut d_l, mut u_l, mut d_r, mut u_r) = (own, u.0, others, u.1);
         if self.reconstruction != Reconstruction::None {
             let half = |along: f64, difference: f64| 0.5 * van_leer(2.0 * along * r - difference, difference);
             let along = |density: &Density, e: Vec2| density.grad_u.dot(e) * e.x + density.grad_v.dot(e) * e.y;
-            let (dd, du) = (other.depth - mine.depth, u.1 - u.0);
-            d_l = (mine.depth + half(mine.grad_depth.dot(e), dd)).max(0.1 * mine.depth);
-            d_r = (other.depth - half(other.grad_depth.dot(own_e), dd)).max(0.1 * other.depth);
+            let (rise, du) = (other.level - mine.level, u.1 - u.0);
+            d_l = (own + half(mine.grad_level.dot(e), rise)).max(0.1 * own);
+            d_r = (others - half(other.grad_level.dot(own_e), rise)).max(0.1 * others);
             u_l = u.0 + half(along(mine, e), du);
             u_r = u.1 - half(along(other, own_e), du);
         }
         (Side { d: d_l, c: celerity(d_l, g), u: u_l }, Side { d: d_r, c: celerity(d_r, g), u: u_r })
     }
+}
+
+/// Depths (m) of i and j over the bed between them, the mean of L − d: equal where the levels are. Over a level bed they are d.
+///
+/// Either changes by at most half of the lesser depth of both, and both are those of one lake as long as its shore is not between them.
+#[inline(always)]
+fn over_one_bed(mine: &Density, other: &Density) -> (f64, f64) {
+    let rise = (other.level - other.depth) - (mine.level - mine.depth);
+    let shift = (0.5 * rise).clamp(-0.5 * other.depth, 0.5 * mine.depth);
+    (mine.depth - shift, other.depth + shift)
 }
 
 /// dv/dt (m/s²) over a steep bed, of slope ∇z_b and curvature K, by an internal acceleration −a_p: (M79).
@@ -124,10 +138,14 @@ fn on_steep_bed(internal: Vec2, v: Vec2, slope: Vec2, curvature: Sym2, g: f64) -
 
 /// Π (m/s²·m/m), 0 where the pair separates; `du` = u_j − u_i along e.
 #[inline]
-fn viscosity(mine: &Density, other: &Density, r: f64, du: f64, g: f64) -> f64 {
-    let h = 2.0 / (mine.inverse_h + other.inverse_h);
+fn viscosity(mine: &Density, other: &Density, (r, inverse_h): (f64, f64), du: f64, g: f64) -> f64 {
     let c = 0.5 * (celerity(mine.depth, g) + celerity(other.depth, g));
     let d = 0.5 * (mine.depth + other.depth);
+    let h = 1.0 / inverse_h;
     // v_ij·x_ij = (v_i − v_j)·(x_i − x_j) = r du.
-    -VISCOSITY * c * (r * du).min(0.0) / (d * (r * r + 0.01 * h * h).sqrt())
+    let w = r * du / (r * r + 0.01 * h * h).sqrt();
+    let approach = w.min(0.0);
+    // What is as slow as the particles of still water that find their places is braked both ways.
+    let both_ways = (w - approach) / (1.0 + (w / (STILL * c).max(f64::MIN_POSITIVE)).powi(2));
+    -(c * (approach + both_ways) - 0.5 * SIGNAL * approach * approach) / d
 }

@@ -74,6 +74,17 @@ impl ChosenKernel {
         with_kernel!(self, kernel => kernel.value(r, inverse_h))
     }
 
+    /// λ = −Σ A r W'/dim over the lattice on which the kernel is normalised; the integral of the kernel makes it nearly 1.
+    pub fn lattice_moment(&self, dimension: Dimension) -> f64 {
+        let factor = smoothing_factor(dimension);
+        let reach = (factor * self.support()).ceil() as i32;
+        let rows = if dimension == Dimension::One { 0..=0 } else { -reach..=reach };
+        let places = rows.flat_map(|row| (-reach..=reach).map(move |column| f64::from(row * row + column * column)));
+        let sum: f64 =
+            places.map(f64::sqrt).map(|r| r * with_kernel!(self, kernel => kernel.slope(r, 1.0 / factor))).sum();
+        -sum / dimension.count()
+    }
+
     /// Radius of the support in smoothing lengths.
     pub fn support(&self) -> f64 {
         with_kernel!(self, kernel => kernel.support())

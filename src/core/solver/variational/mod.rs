@@ -1,13 +1,14 @@
 //! The classic SPH form of the shallow-water equations: summed depth, variable smoothing length, forces from a Lagrangian.
 //!
 //! ```text
-//! d_i = Σ m_j W(r, h_i),   h_i = k_h (m_i / d_i)^(1/dim),   β_i = −(1/(dim d_i)) Σ m_j r W'(r, h_i)     (m: volume)
-//! dv/dt = −Σ m_j [p_i/(d_i² β_i) ∇W(h_i) + p_j/(d_j² β_j) ∇W(h_j)] − g ∇z_b,   p = g d²/2
+//! d_i = Σ m_j W(r, h_ij),   h_i = h_0 (d_0/d_i)^(1/dim),   h_ij² = (h_i² + h_j²)/2,   β_i = −(1/(dim d_i)) Σ m_j r W'(r, h_ij)     (m: volume)
+//! dv/dt = −Σ m_j [p_i/(d_i² β_i) + p_j/(d_j² β_j)] ∇W(h_ij) − g ∇z_b,   p = g d²/2
 //! ```
 //!
 //! `RodriguezPaz2005`, hydrostatic unless the scenario asks for the inertia of the vertical motion over the bed (`forces`). Stabilised by an artificial
 //! viscosity, or by p* of a Riemann solver in place of both p, as `Wu2020` compare them; with limited reconstruction or without.
-//! **Weak spot**: a lake over an uneven bed does not stay at rest, because nothing balances the slope of the bed exactly.
+//! The bed is balanced by what still water on the lattice of the bed would do (`still`). **Weak spot**: particles that have left their lattice
+//! find no rest; a lake of them moves.
 
 mod correction;
 mod density;
@@ -16,6 +17,7 @@ mod kernel;
 mod neighbours;
 mod solver;
 mod step;
+mod still;
 mod water;
 
 pub(super) use kernel::with_kernel;
@@ -26,6 +28,7 @@ pub use water::MovingWater;
 
 use bytemuck::{Pod, Zeroable};
 
+use crate::bed::BedPoint;
 use crate::math::Vec2;
 use crate::methods::{BedSlope, Integrator, Kernel, Reconstruction, Stabilisation, WallMethod};
 use crate::physics::dimension::Dimension;
@@ -56,13 +59,19 @@ impl MovingMethods {
         let reconstruction = stabilisation.usual_reconstruction();
         MovingMethods {
             integrator,
-            kernel: Kernel::default(),
+            kernel: Kernel::WendlandC2,
             stabilisation,
             reconstruction,
             bed_slope: BedSlope::default(),
             wall: WallMethod::default(),
         }
     }
+}
+
+/// 1/h_ij (1/m) of a pair, h_ij² = (h_i² + h_j²)/2, from the squares of both smoothing lengths (m²).
+#[inline(always)]
+fn inverse_of_pair(h_i_squared: f64, h_j_squared: f64) -> f64 {
+    1.0 / (0.5 * (h_i_squared + h_j_squared)).sqrt()
 }
 
 /// The rates of one particle.
@@ -83,8 +92,14 @@ struct Density {
     depth: f64,
     inverse_h: f64,
     /// β, the effect of the variable smoothing length.
-    beta: f64,
-    grad_depth: Vec2,
+    raw_beta: f64,
+    /// The level of still water with this depth here (m).
+    level: f64,
+    /// What that still water does against the slope of the bed (m/s²).
+    still: Vec2,
+    /// β of still water over β.
+    grad_h: f64,
+    grad_level: Vec2,
     grad_u: Vec2,
     grad_v: Vec2,
 }
@@ -99,21 +114,26 @@ pub struct Variational {
     reconstruction: Reconstruction,
     bed_slope: BedSlope,
     densities: Vec<Density>,
-    /// Slope of the bed under each particle.
-    slopes: Vec<Vec2>,
+    /// The bed under each particle.
+    grounds: Vec<BedPoint>,
+    /// λ: −Σ A r W'/dim on the lattice.
+    lattice_moment: f64,
 }
 
 impl Variational {
     fn new(methods: MovingMethods, dimension: Dimension) -> Self {
+        let kernel = ChosenKernel::new(methods.kernel, dimension);
+        let lattice_moment = kernel.lattice_moment(dimension);
         Variational {
             dimension,
-            kernel: ChosenKernel::new(methods.kernel, dimension),
+            kernel,
             factor: smoothing_factor(dimension),
             stabilisation: methods.stabilisation,
             reconstruction: methods.reconstruction,
             bed_slope: methods.bed_slope,
             densities: Vec::new(),
-            slopes: Vec::new(),
+            grounds: Vec::new(),
+            lattice_moment,
         }
     }
 
@@ -124,23 +144,32 @@ impl Variational {
             particles.smoothing_length[i] =
                 self.factor * water.dimension.edge(particles.volume[i] / particles.depth[i]);
         }
-        // At edges the summed depth falls below the seeded one and h grows past the slack: a few rounds settle both.
-        for _ in 0..5 {
-            self.evaluate(water);
-        }
+        self.find_neighbours(water);
+        self.weigh(water);
+        self.evaluate(water);
+    }
+
+    fn find_neighbours(&self, water: &mut MovingWater) {
+        let (reach, particles) = (SLACK * self.kernel.support(), &water.particles);
+        water.neighbours.search(&particles.position, &particles.smoothing_length, reach, &water.walls);
     }
 
     /// Finds depth, smoothing length and rates of the particles for their present state.
     fn evaluate(&mut self, water: &mut MovingWater) {
         water.phases.end("motion");
-        self.slopes.resize(water.particles.len(), Vec2::ZERO);
-        water.sample_bed(&mut self.slopes, |slope, bed| *slope = bed.slope);
+        self.grounds.resize(water.particles.len(), BedPoint { elevation: 0.0, slope: Vec2::ZERO });
+        water.sample_bed(&mut self.grounds, |ground, bed| *ground = bed);
         water.phases.end("bed");
-        let (reach, particles) = (SLACK * self.kernel.support(), &water.particles);
-        water.neighbours.search(&particles.position, &particles.smoothing_length, reach, &water.walls);
+        self.find_neighbours(water);
         water.phases.end("neighbours");
         self.sum_depths(water);
         water.phases.end("depths");
+        self.compare_with_still_water(water);
+        water.phases.end("still water");
+        if self.reconstruction != Reconstruction::None {
+            self.find_gradients(water);
+            water.phases.end("gradients");
+        }
         self.find_rates(water);
         water.phases.end("rates");
     }

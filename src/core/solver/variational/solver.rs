@@ -165,12 +165,13 @@ impl VariationalSolver {
         // The half step of before is over.
         self.halves.resize(count, HalfStep::default());
         let scratch = bytemuck::cast_slice_mut(&mut self.halves);
-        let arrays: [(&mut [f64], usize); 6] = [
+        let arrays: [(&mut [f64], usize); 7] = [
             (bytemuck::cast_slice_mut(&mut particles.position), 2),
             (bytemuck::cast_slice_mut(&mut particles.velocity), 2),
             (&mut particles.volume, 1),
             (&mut particles.depth, 1),
             (&mut particles.smoothing_length, 1),
+            (&mut particles.share, 1),
             (bytemuck::cast_slice_mut(&mut self.water.rates), size_of::<Rates>() / size_of::<f64>()),
         ];
         for (numbers, of_each) in arrays {

@@ -39,6 +39,9 @@ pub struct MovingWater {
     /// Where the time of the steps goes.
     #[serde(skip)]
     pub phases: Phases,
+    /// Centres of the cells of the bed (m), as walls mirror them; their supports are nothing.
+    pub(super) cell_centres: Vec<Vec2>,
+    pub(super) cell_supports: Vec<f32>,
     /// Scratch space: the walls near a particle.
     pub(super) near_walls: Scratch<Vec<u32>>,
 }
@@ -81,7 +84,10 @@ impl MovingWater {
         if methods.bed_slope == BedSlope::Steep {
             derive_curvatures(&mut bed);
         }
+        let cells = bed.lattice.len();
         MovingWater {
+            cell_centres: (0..cells).map(|cell| bed.lattice.centre(cell)).collect(),
+            cell_supports: vec![0.0; cells],
             dimension,
             gravity: problem.gravity,
             dry_depth: problem.dry_depth,
