@@ -4,7 +4,7 @@ use super::BedParticles;
 use crate::math::{Vec2, floor};
 
 /// The bed at a place.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct BedPoint {
     /// Bed elevation z_b (m).
     pub elevation: f64,
