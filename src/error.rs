@@ -1,6 +1,7 @@
 //! What can go wrong, as the user meets it: problems of the input with place, cause and remedy; failures of a run; exit codes.
 
 use std::fmt;
+use std::io::Write;
 use std::path::PathBuf;
 
 pub use floodsim_core::failure::{FailurePlace, NumericalFailure};
@@ -95,6 +96,17 @@ pub struct Problem {
     pub remedy: Option<String>,
     /// Where on the map (map coordinates), when the problem has such a place.
     pub at: Option<Vec2>,
+}
+
+/// Writes a line to stderr. Nobody may be there to read it, or the disk behind it be full: that changes nothing.
+pub fn say(line: impl fmt::Display) {
+    let line = without_controls(&line.to_string()) + "\n";
+    let _ = std::io::stderr().write_all(line.as_bytes());
+}
+
+/// A text without what a terminal takes for orders, as names and values of input files may have it.
+pub fn without_controls(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() && !"\n\t".contains(c) { char::REPLACEMENT_CHARACTER } else { c }).collect()
 }
 
 /// Brings problems into the order in which a planner works them off: errors first, each kind by its place in the scenario. What has none,

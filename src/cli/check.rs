@@ -26,11 +26,8 @@ pub fn check(arguments: &CheckArguments, stages: &Stages) -> ExitCode {
     sort_problems(&mut problems);
     let text = listing(&arguments.scenario.display().to_string(), &problems, arguments.json);
     let text = if moves && !arguments.json { text + MOVING } else { text };
-    match super::print(&text) {
-        Ok(()) if error_count(&problems) == 0 => ExitCode::Done,
-        Ok(()) => Error::Problems(problems).exit_code(),
-        Err(error) => super::exit_code(Err(error)),
-    }
+    super::tell(&text);
+    if error_count(&problems) == 0 { ExitCode::Done } else { Error::Problems(problems).exit_code() }
 }
 
 fn error_count(problems: &[Problem]) -> usize {

@@ -17,7 +17,7 @@ use std::io::Write;
 use clap::Parser;
 use clap::error::ErrorKind;
 
-use crate::error::{Error, ExitCode, Problem};
+use crate::error::{Error, ExitCode, Problem, say, without_controls};
 use crate::pipeline::{Plan, PlanOptions, ResumeOptions, RunOptions};
 use crate::scenario::{self, Scenario};
 use args::{Arguments, Command, ResumeArguments, RunArguments};
@@ -81,15 +81,15 @@ fn exit_code(result: Result<(), Error>) -> ExitCode {
 /// Writes an error to stderr; problems carry their own `error` in front.
 fn report(error: &Error) {
     match error {
-        Error::Problems(_) => eprintln!("{error}"),
-        _ => eprintln!("error: {error}"),
+        Error::Problems(_) => say(error),
+        _ => say(format!("error: {error}")),
     }
 }
 
 fn run_scenario(run: &RunArguments, stages: &Stages) -> Result<(), Error> {
     let loaded = scenario::load(&run.scenario, &run.overrides)?;
     for warning in &loaded.warnings {
-        eprintln!("{warning}");
+        say(warning);
     }
     let options = RunOptions {
         out: run.out.clone(),
@@ -99,16 +99,19 @@ fn run_scenario(run: &RunArguments, stages: &Stages) -> Result<(), Error> {
         command: command_line(),
         overrides: run.overrides.clone(),
     };
-    print(&(stages.run)(&loaded.scenario, &options)?)
+    tell(&(stages.run)(&loaded.scenario, &options)?);
+    Ok(())
 }
 
 fn resume_run(resume: &ResumeArguments, stages: &Stages) -> Result<(), Error> {
-    print(&(stages.resume)(&ResumeOptions {
+    let summary = (stages.resume)(&ResumeOptions {
         folder: resume.folder.clone(),
         threads: resume.threads.map(std::num::NonZero::get),
         quiet: resume.quiet,
         is_for_outputs: false,
-    })?)
+    })?;
+    tell(&summary);
+    Ok(())
 }
 
 /// Compares what a run read and wrote with its checksums.
@@ -117,7 +120,8 @@ fn verify_folder(folder: &std::path::Path) -> Result<(), Error> {
     if !verified.problems.is_empty() {
         return Err(Error::Problems(verified.problems));
     }
-    print(&format!("{} files are as the run read and wrote them\n", verified.same))
+    tell(&format!("{} files are as the run read and wrote them\n", verified.same));
+    Ok(())
 }
 
 /// Draws the report of a run folder and lists its files; of a run that was cut off the results so far are written before.
@@ -128,9 +132,10 @@ fn report_folder(folder: &std::path::Path, stages: &Stages) -> Result<(), Error>
     }
     let report = crate::report::report(folder)?;
     if let Some(doubt) = report.doubt {
-        eprintln!("warning: {doubt}");
+        say(format!("warning: {doubt}"));
     }
-    print(&report.files.iter().map(|file| format!("{}\n", file.display())).collect::<String>())
+    tell(&report.files.iter().map(|file| format!("{}\n", file.display())).collect::<String>());
+    Ok(())
 }
 
 /// The command line as it could be typed again.
@@ -144,10 +149,17 @@ fn command_line() -> String {
     std::iter::once("floodsim".to_owned()).chain(std::env::args_os().skip(1).map(word)).collect::<Vec<_>>().join(" ")
 }
 
+/// Writes to stdout what is a result beside others: that it can't be written changes no exit code.
+fn tell(text: &str) {
+    if let Err(error) = print(text) {
+        report(&error);
+    }
+}
+
 /// Writes a result to stdout. A reader that has heard enough (`floodsim man | head`) is no fault.
 fn print(text: &str) -> Result<(), Error> {
     let mut stdout = std::io::stdout().lock();
-    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+    match stdout.write_all(without_controls(text).as_bytes()).and_then(|()| stdout.flush()) {
         Err(cause) if cause.kind() != std::io::ErrorKind::BrokenPipe => {
             Err(Error::Output { path: "standard output".into(), cause: cause.to_string() })
         }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::args::{CaseArguments, ResolutionsArgument, ValidateArguments};
 use super::print;
-use crate::error::{Error, Problem, ProblemKind};
+use crate::error::{Error, Problem, ProblemKind, say};
 use crate::laboratory::{self, DATA, Experiment, Skipped, run_experiment};
 use crate::maps::comparison;
 use crate::pipeline::thread_pool;
@@ -46,7 +46,7 @@ pub fn validate(arguments: &ValidateArguments) -> Result<(), Error> {
         write(file, &rows_as_csv(&rows))?;
     }
     for known in KNOWN_MISSES.iter().filter(|known| known.missed().any(|one| missed.contains(&one))) {
-        eprintln!("known to miss an acceptance limit: {} ({}): {}", known.case, known.whose(), known.why);
+        say(format!("known to miss an acceptance limit: {} ({}): {}", known.case, known.whose(), known.why));
     }
     all_known(&missed)?;
     has_run(&experiments, &left_out, rows.is_empty())?;
@@ -145,11 +145,11 @@ struct Found {
 fn run_in_laboratory(experiment: &Experiment, arguments: &ValidateArguments) -> Result<Found, Error> {
     let mut found = Found::default();
     for choice in chosen_methods(&arguments.cases)? {
-        eprintln!("{}: {}", experiment.name, choice.label());
+        say(format!("{}: {}", experiment.name, choice.label()));
         let threads = arguments.cases.threads.get();
         let result = run_experiment(experiment, &choice, resolutions_of(arguments.resolutions), threads)?;
         if let Some(why) = result.skipped {
-            eprintln!("{}: {} skipped, because {why}", experiment.name, choice.label());
+            say(format!("{}: {} skipped, because {why}", experiment.name, choice.label()));
             found.skipped = Some(why);
             continue;
         }
@@ -217,10 +217,10 @@ pub fn run_cases(
     let mut runs = Vec::new();
     for &case in cases {
         for choice in &choices {
-            eprintln!("{}: {}", case.name, choice.label());
+            say(format!("{}: {}", case.name, choice.label()));
             let result = threads.install(|| run_case(case, choice, resolutions));
             if let Some(why) = &result.skipped {
-                eprintln!("{}: {} skipped, because {why}", case.name, choice.label());
+                say(format!("{}: {} skipped, because {why}", case.name, choice.label()));
             }
             runs.push(CaseRun { case, choice: choice.clone(), result });
         }
@@ -233,7 +233,7 @@ fn chosen_methods(arguments: &CaseArguments) -> Result<Vec<Choice>, Error> {
     let varied: Result<Vec<Varied>, String> = arguments.vary.iter().map(|text| Varied::read(text)).collect();
     let (choices, refused) = choices(&varied.map_err(|message| Error::Usage(format!("--vary: {message}")))?)?;
     for line in refused {
-        eprintln!("left out: {line}");
+        say(format!("left out: {line}"));
     }
     Ok(choices)
 }

@@ -12,8 +12,17 @@ thread_local! {
     static MESSAGES: RefCell<Vec<String>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Does `work` and returns its result with the warnings and errors that GDAL reported meanwhile on this thread.
+/// Does `work`, in which GDAL may read through the NetCDF library, and returns its result with the warnings and errors that GDAL reported meanwhile
+/// on this thread.
 pub fn capture<T>(work: impl FnOnce() -> T) -> (T, Vec<String>) {
+    heard(|| {
+        let _alone = alone();
+        work()
+    })
+}
+
+/// The same for work that has nothing to do with NetCDF.
+pub fn heard<T>(work: impl FnOnce() -> T) -> (T, Vec<String>) {
     static INSTALLED: Once = Once::new();
     INSTALLED.call_once(|| {
         gdal::config::set_error_handler(|severity, _number, message| {
@@ -24,10 +33,7 @@ pub fn capture<T>(work: impl FnOnce() -> T) -> (T, Vec<String>) {
         });
     });
     let outer = MESSAGES.take();
-    let result = {
-        let _alone = alone();
-        work()
-    };
+    let result = work();
     let mut messages = MESSAGES.replace(outer);
     messages.dedup();
     (result, messages)

@@ -13,7 +13,7 @@ pub use crs::{
     Crs, CrsProblem, describe, is_metric, map_scales, run_crs_of, same_horizontal, spatial_ref, suggested_utm,
     transform, vertical_datum, vertical_points_down, vertical_unit,
 };
-pub use messages::{alone, capture};
+pub use messages::{alone, capture, heard};
 pub use text::{Table, TextError, read_text};
 pub use unwrapped::{horizontal_part, is_alpha, warp_to_memory};
 

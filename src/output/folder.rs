@@ -177,7 +177,10 @@ impl RunFolder {
     /// A problem of the kind [`ProblemKind::Output`] when a run that is under way has it, or when it cannot be written.
     pub fn reopen(path: &Path) -> Result<RunFolder, Error> {
         let hold = Hold::take(path).map_err(|problem| Error::Problems(vec![problem]))?;
-        Ok(RunFolder { path: path.to_path_buf(), _hold: Arc::new(hold) })
+        let folder = RunFolder { path: path.to_path_buf(), _hold: Arc::new(hold) };
+        let cleared = folder.delete_where(is_temporary);
+        cleared.map_err(|cause| Error::Problems(vec![unwritable(path, &cause.to_string())]))?;
+        Ok(folder)
     }
 
     /// What stands in the way of [`create`](Self::create), as far as it can be seen without writing anything.
@@ -251,6 +254,8 @@ impl RunFolder {
         if let Some(parent) = path.parent() {
             fs::create_dir_all(parent).map_err(|cause| output_error(parent, cause))?;
         }
+        // What a run that was killed left: some libraries do not write over a file.
+        remove_if_there(&temporary).map_err(|cause| output_error(&temporary, cause))?;
         let written = write(&temporary).and_then(|()| {
             let flush = || fs::File::open(&temporary)?.sync_all();
             let named = flush().and_then(|()| before()).and_then(|()| fs::rename(&temporary, &path));
@@ -291,15 +296,16 @@ impl RunFolder {
         for name in OWN_FILES {
             remove_if_there(&self.file(name))?;
         }
-        for folder in [self.path.clone(), self.file("cog"), self.file("tables")] {
-            if !folder.is_dir() {
-                continue;
-            }
-            for entry in fs::read_dir(&folder)? {
+        self.delete_where(|path| is_temporary(path) || is_own_map(path))
+    }
+
+    /// Deletes some of the files in the folder and in those of maps and tables.
+    fn delete_where(&self, goes: impl Fn(&Path) -> bool) -> std::io::Result<()> {
+        for folder in [self.path.clone(), self.file("cog"), self.file("tables")].iter().filter(|folder| folder.is_dir())
+        {
+            for entry in fs::read_dir(folder)? {
                 let path = entry?.path();
-                let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-                let is_map = folder.ends_with("cog") && is_own_map(&path);
-                if path.is_file() && (is_map || name.starts_with(TEMPORARY)) {
+                if path.is_file() && goes(&path) {
                     fs::remove_file(&path)?;
                 }
             }
@@ -308,10 +314,16 @@ impl RunFolder {
     }
 }
 
-/// Whether a file of `cog/` is one of a run.
+/// Whether a file is not yet whole, or will never be.
+fn is_temporary(path: &Path) -> bool {
+    path.file_name().unwrap_or_default().to_string_lossy().starts_with(TEMPORARY)
+}
+
+/// Whether a file is one of the maps in `cog/` of a run.
 fn is_own_map(path: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    OWN_MAPS.iter().any(|map| name.starts_with(map))
+    path.parent().is_some_and(|folder| folder.ends_with("cog"))
+        && OWN_MAPS.iter().any(|map| name.starts_with(map))
         && [".tif", ".qml", ".tif.aux.xml"].iter().any(|end| name.ends_with(end))
 }
 

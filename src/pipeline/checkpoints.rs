@@ -10,7 +10,7 @@ use super::origin::Origin;
 use super::progress::StepStatistics;
 use super::recorders::Recorders;
 use super::second_run::SecondRun;
-use crate::error::Error;
+use crate::error::{Error, say};
 use crate::output::{CheckpointRecord, RunFolder, write_checkpoint};
 use crate::scenario::{Part, Scenario};
 
@@ -152,7 +152,7 @@ impl Run<'_> {
             }
             Err(error) => {
                 if !std::mem::replace(&mut self.checkpoints.has_failed, true) {
-                    eprintln!("warning: no checkpoint at t = {:.1} s: {error}", self.origin.simulated_s);
+                    say(format!("warning: no checkpoint at t = {:.1} s: {error}", self.origin.simulated_s));
                 }
                 false
             }

@@ -33,7 +33,7 @@ mod verdict;
 
 use std::path::PathBuf;
 
-use crate::error::{Error, NumericalFailure, Problem, ProblemKind, sort_problems};
+use crate::error::{Error, NumericalFailure, Problem, ProblemKind, say, sort_problems};
 use crate::output::{ChannelGaugeResult, Recording, RunFolder, RunManifest, SectionResult};
 use crate::prepare::{Runnable, Scene, Setup, in_folder, prepare};
 use crate::scenario::methods::Motion;
@@ -167,7 +167,7 @@ impl Session {
     fn report(&mut self, warnings: &[Problem]) {
         for problem in warnings {
             if !self.reported.contains(problem) {
-                eprintln!("{problem}");
+                say(problem);
                 self.reported.push(problem.clone());
             }
         }

@@ -11,7 +11,7 @@ use std::time::Duration;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::{Handle, Signals as Arriving};
 
-use crate::error::Error;
+use crate::error::{Error, say};
 use crate::output::mark_stopped;
 
 /// How long a run has to end after a signal; batch systems kill after ten seconds and more.
@@ -72,7 +72,7 @@ fn leave(signal: i32, folder: &Mutex<Option<PathBuf>>) -> ! {
     let code = 128 + signal;
     if let Some(folder) = &*folder.lock().unwrap_or_else(PoisonError::into_inner) {
         mark_stopped(folder, code);
-        eprintln!("error: stopped by signal {signal} before all results were written; `floodsim resume` goes on");
+        say(format!("error: stopped by signal {signal} before all results were written; `floodsim resume` goes on"));
     }
     // No handler runs at this exit: those of libraries would meet files that are being written.
     signal_hook::low_level::exit(code)

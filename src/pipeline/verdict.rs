@@ -3,7 +3,7 @@
 use super::RunSummary;
 use super::records::gate_of_discharges;
 use super::{Computed, Early, Run};
-use crate::error::Error;
+use crate::error::{Error, say};
 use crate::gate::Gate;
 use crate::output::{PassageRecord, Recording, RunFolder, RunManifest, VolumeBooks, delete_checkpoints, output_files};
 use crate::scenario::Scenario;
@@ -59,9 +59,12 @@ impl Run<'_> {
         .to_owned();
         manifest.write(&self.folder)?;
         if !goes_on || !self.checkpoints.are_kept() {
-            delete_checkpoints(&self.folder)?;
+            // What stays of them takes room, and does no harm.
+            if let Err(error) = delete_checkpoints(&self.folder) {
+                say(format!("warning: {error}"));
+            }
         } else if !self.is_for_outputs {
-            eprintln!("note: `floodsim resume {}` goes on with the run", self.folder.path().display());
+            say(format!("note: `floodsim resume {}` goes on with the run", self.folder.path().display()));
         }
         result.map(|()| RunSummary {
             folder: self.folder.path().to_path_buf(),

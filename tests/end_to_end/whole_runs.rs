@@ -72,7 +72,7 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 /// The record of a run without what may differ: the command, times, memory and threads.
 fn lasting(out: &Path) -> serde_json::Value {
     let mut all = manifest(out);
-    for key in ["command", "threads", "wall_s", "cpu_s", "phase_s", "peak_rss_mb"] {
+    for key in ["command", "threads", "wall_s", "cpu_s", "phase_s", "peak_rss_mb", "outputs"] {
         assert!(all.as_object_mut().unwrap().remove(key).is_some(), "run.json has no `{key}`");
     }
     all

@@ -84,9 +84,10 @@ fn scan_row(level: f64, lines: &[ScanLines], bed: &BedParticles, surface: &impl 
     let lattice = &bed.lattice;
     let (first_column, end_column) = lines[0].columns;
     let step = lattice.spacing / SUBDIVISION as f64;
-    // A blocked building has its place in the water, and holds none of it.
+    let end_of_cells = if row < lattice.rows { end_column.min(lattice.columns) } else { first_column };
+    // A blocked building has its place in the water, and holds none of it. A polygon may reach beyond the lattice.
     let is_blocked: Vec<bool> = (first_column..end_column)
-        .map(|column| bed.sealed.binary_search(&lattice.index(column, row)).is_ok())
+        .map(|column| column < end_of_cells && bed.sealed.binary_search(&lattice.index(column, row)).is_ok())
         .collect();
     let mut parts = vec![CellPart::default(); end_column - first_column];
     let inside = stretches(lines, (row as f64 + 0.5) * lattice.spacing);
@@ -95,11 +96,11 @@ fn scan_row(level: f64, lines: &[ScanLines], bed: &BedParticles, surface: &impl 
         part.holds_centre = inside.iter().any(|&(from, to)| from <= centre && centre < to);
     }
     // A cell in part is held by the middle of what it has.
-    let cells = lattice.index(first_column, row)..lattice.index(first_column, row) + parts.len();
-    for part in bed.cover.cells_of(cells.clone()) {
+    let first = if first_column < end_of_cells { lattice.index(first_column, row) } else { 0 };
+    for part in bed.cover.cells_of(first..first + end_of_cells.saturating_sub(first_column)) {
         let place = lattice.centre(part.cell) + part.middle * lattice.spacing;
         let mut inside = stretches(lines, place.y).into_iter();
-        parts[part.cell - cells.start].holds_centre = inside.any(|(from, to)| from <= place.x && place.x < to);
+        parts[part.cell - first].holds_centre = inside.any(|(from, to)| from <= place.x && place.x < to);
     }
     let mut scan = BodyScan::default();
     // Where the terrain is one plane under water all over a cell, its mean says all.
@@ -108,8 +109,8 @@ fn scan_row(level: f64, lines: &[ScanLines], bed: &BedParticles, surface: &impl 
         .enumerate()
         .map(|(i, is_whole)| {
             let centre = || lattice.to_map(lattice.centre(lattice.index(first_column + i, row)));
-            let plane =
-                (is_whole && !is_blocked[i]).then(|| surface.plane_of_cell(centre(), lattice.spacing)).flatten();
+            let is_plain = is_whole && first_column + i < end_of_cells && !is_blocked[i];
+            let plane = is_plain.then(|| surface.plane_of_cell(centre(), lattice.spacing)).flatten();
             let plane = plane.filter(|plane| plane.highest < level);
             if let Some(plane) = plane {
                 scan.area += lattice.cell_area();

@@ -18,6 +18,7 @@ use super::super::grid::FILL;
 use super::super::{OutputCrs, WET_DEPTH};
 use super::crs::WritableCrs;
 use super::netcdf_file::{define_crs, put_texts, put_time_attributes, variable};
+use super::read_back::ReadBack;
 use super::{FileHead, Provenance};
 use crate::error::Error;
 use crate::math::Vec2;
@@ -294,7 +295,13 @@ impl Description {
             }
             file.close()
         };
-        copy().map_err(|cause| output_error(path, cause))
+        copy().map_err(|cause| output_error(path, cause))?;
+        let back = ReadBack::open(path)?;
+        PROFILES.iter().map(|profile| profile.name).chain(["time"]).try_for_each(|name| {
+            let stored = source.variable(name).map(|stored| stored.get_values::<f64, _>(..)).transpose();
+            let stored = stored.map_err(|cause| output_error(partial, cause))?.unwrap_or_default();
+            back.compare(name, .., &stored)
+        })
     }
 }
 

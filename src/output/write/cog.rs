@@ -3,6 +3,8 @@
 //! Each map is filled in memory and copied, since the COG driver can only copy. Overviews take the nearest value: a mean of
 //! arrival times, or of wet and dry, would show what no cell has seen.
 
+use std::path::Path;
+
 use gdal::cpl::CslStringList;
 use gdal::raster::{Buffer, ColorEntry, ColorTable, GdalType, PaletteInterpretation, RasterBand};
 use gdal::{Dataset, DriverManager, Metadata};
@@ -13,6 +15,7 @@ use super::super::grid::{FILL, GridMaps, OutputGrid};
 use super::crs::WritableCrs;
 use super::gdal_raw::set_unit;
 use super::qgis::raster_style;
+use super::read_back::{compare_raster, without_messages};
 use super::variables::{MapClass, MapKind, MapVariable, map_variables};
 use super::{FileHead, Provenance};
 use crate::error::Error;
@@ -35,7 +38,7 @@ pub fn write_cogs(
 ) -> Result<(), Error> {
     let write = |map: &MapVariable<'_>| {
         let crs = WritableCrs::new(crs, &folder.file("cog"))?;
-        folder.write_with(&format!("cog/{}.tif", map.name), |path| {
+        let write = |path: &Path| {
             let failed = |cause: gdal::errors::GdalError| output_error(path, cause);
             let source = in_memory(map, grid, &crs, provenance).map_err(failed)?;
             let mut options = CslStringList::new();
@@ -45,8 +48,14 @@ pub fn write_cogs(
             }
             let driver = DriverManager::get_driver_by_name("COG").map_err(failed)?;
             let copy = source.create_copy(&driver, path, &options).map_err(failed)?;
-            copy.close().map_err(failed)
-        })?;
+            copy.close().map_err(failed)?;
+            match map.kind {
+                MapKind::Class => compare_raster(path, &classes_of(map)),
+                _ => compare_raster(path, map.values),
+            }
+        };
+        let name = format!("cog/{}.tif", map.name);
+        folder.write_with(&name, |path| without_messages(path, || write(path)))?;
         folder.write(&format!("cog/{}.qml", map.name), raster_style(map).as_bytes())
     };
     for maps in map_variables(maps, rise_on_wet).chunks(AT_ONCE) {
@@ -56,6 +65,12 @@ pub fn write_cogs(
     Ok(())
 }
 
+/// The values of a map of classes.
+fn classes_of(map: &MapVariable<'_>) -> Vec<u8> {
+    let is_filled = |value: &f32| value.to_bits() == FILL.to_bits();
+    map.values.iter().map(|value| if is_filled(value) { CLASS_FILL } else { *value as u8 }).collect()
+}
+
 fn in_memory(
     map: &MapVariable<'_>,
     grid: &OutputGrid,
@@ -63,9 +78,7 @@ fn in_memory(
     provenance: &Provenance,
 ) -> gdal::errors::Result<Dataset> {
     let mut dataset = if map.kind == MapKind::Class {
-        let is_filled = |value: &f32| value.to_bits() == FILL.to_bits();
-        let classes = map.values.iter().map(|value| if is_filled(value) { CLASS_FILL } else { *value as u8 });
-        let dataset = filled(grid, classes.collect::<Vec<u8>>())?;
+        let dataset = filled(grid, classes_of(map))?;
         let mut band = dataset.rasterband(1)?;
         band.set_no_data_value(Some(f64::from(CLASS_FILL)))?;
         set_class_colours(&mut band, &map.classes);

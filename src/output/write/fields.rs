@@ -21,6 +21,7 @@ use super::super::tracers::TracerPlan;
 use super::FileHead;
 use super::crs::WritableCrs;
 use super::netcdf_file::{FileDescription, NetcdfFile};
+use super::read_back::ReadBack;
 use super::tracers::field;
 use crate::error::Error;
 
@@ -254,5 +255,25 @@ fn convert(
         Ok(())
     };
     copy().map_err(failed)?;
-    file.file.close().map_err(failed)
+    file.file.close().map_err(failed)?;
+    compare(&source, path, (description, tracers))
+}
+
+/// Reads back the compressed file beside the partial one.
+fn compare(
+    source: &netcdf::File,
+    path: &Path,
+    (description, tracers): (&FileDescription, &[TracerPlan]),
+) -> Result<(), Error> {
+    let failed = |cause: netcdf::Error| output_error(path, cause);
+    let back = ReadBack::open(path)?;
+    let mut values = vec![FILL; description.grid.len()];
+    for [name, ..] in &all_fields(tracers) {
+        let variable = source.variable(name).ok_or_else(|| failed(netcdf::Error::NotFound(name.clone())))?;
+        for record in 0..source.dimension_len("time").unwrap_or(0) {
+            variable.get_values_into(&mut values, (record, .., ..)).map_err(failed)?;
+            back.compare(name, (record, .., ..), &values)?;
+        }
+    }
+    Ok(())
 }

@@ -19,6 +19,7 @@ use super::super::sections::{Section, SectionResult};
 use super::super::{Gauge, OutputCrs};
 use super::crs::WritableCrs;
 use super::qgis::{LayerStyle, vector_style};
+use super::read_back::{compare_layers, without_messages};
 use crate::error::{Error, Problem, Severity};
 use crate::math::Vec2;
 
@@ -73,9 +74,9 @@ pub fn write_geopackage(
     recording: &Recording,
     findings: &Findings<'_>,
 ) -> Result<(), Error> {
-    folder.write_with("results.gpkg", |path| {
+    let write = |path: &Path| {
         let spatial_ref = spatial_ref_of(crs, path)?;
-        let write = || -> GdalResult<()> {
+        let write = || -> GdalResult<Vec<(String, u64)>> {
             let mut layers = vec![
                 extent_layer(grid, &recording.maps)?,
                 isochrone_layer(grid, &recording.maps, findings.isochrones)?,
@@ -100,8 +101,9 @@ pub fn write_geopackage(
         set_thread_local_config_option("OGR_CURRENT_DATE", FIXED_DATE).map_err(|cause| output_error(path, cause))?;
         let written = write().map_err(|cause| output_error(path, cause));
         clear_thread_local_config_option("OGR_CURRENT_DATE").map_err(|cause| output_error(path, cause))?;
-        written
-    })
+        compare_layers(path, &written?)
+    };
+    folder.write_with("results.gpkg", |path| without_messages(path, || write(path)))
 }
 
 /// The reference system of the layers of a file.
@@ -112,13 +114,21 @@ pub(super) fn spatial_ref_of(crs: &OutputCrs, path: &Path) -> Result<SpatialRef,
     }
 }
 
-pub(super) fn write_layers(path: &Path, spatial_ref: &SpatialRef, layers: Vec<Layer<'_>>) -> GdalResult<()> {
+/// Writes layers; returns their names with their numbers of features.
+pub(super) fn write_layers(
+    path: &Path,
+    spatial_ref: &SpatialRef,
+    layers: Vec<Layer<'_>>,
+) -> GdalResult<Vec<(String, u64)>> {
     let driver = DriverManager::get_driver_by_name("GPKG")?;
     let mut dataset = driver.create_vector_only(path)?;
+    let mut written = Vec::new();
     for layer in layers {
+        written.push((layer.name.to_owned(), layer.features.len() as u64));
         write_layer(&mut dataset, spatial_ref, layer)?;
     }
-    dataset.close()
+    dataset.close()?;
+    Ok(written)
 }
 
 /// One transaction for each layer: without, each feature would be one.

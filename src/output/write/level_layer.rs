@@ -14,6 +14,7 @@ use super::geopackage::{
     FIXED_DATE, Layer, Value, multipolygon, number_columns, spatial_ref_of, style_table, text_columns, write_layers,
 };
 use super::qgis::LayerStyle;
+use super::read_back::compare_layers;
 use crate::error::Error;
 
 /// Where cells of a level stand for the same reason.
@@ -39,7 +40,7 @@ pub fn write_level_layer(
     records: &[LevelRecord],
 ) -> Result<(), Error> {
     let spatial_ref = spatial_ref_of(crs, path)?;
-    let write = || -> GdalResult<()> {
+    let write = || -> GdalResult<Vec<(String, u64)>> {
         let mut spacings: Vec<f64> = areas.iter().map(|area| area.spacing).collect();
         spacings.dedup();
         let styles = style_table(vec![("levels", LayerStyle::Levels("spacing_m", &spacings))]);
@@ -48,7 +49,7 @@ pub fn write_level_layer(
     set_thread_local_config_option("OGR_CURRENT_DATE", FIXED_DATE).map_err(|cause| output_error(path, cause))?;
     let written = write().map_err(|cause| output_error(path, cause));
     clear_thread_local_config_option("OGR_CURRENT_DATE").map_err(|cause| output_error(path, cause))?;
-    written
+    compare_layers(path, &written?)
 }
 
 fn layer<'a>(grid: &OutputGrid, areas: &[LevelArea], records: &[LevelRecord]) -> GdalResult<Layer<'a>> {

@@ -9,6 +9,7 @@ use super::super::folder::{RunFolder, output_error};
 use super::super::grid::{FILL, GridMaps, OutputGrid};
 use super::crs::WritableCrs;
 use super::netcdf_file::{FileDescription, NetcdfFile};
+use super::read_back::ReadBack;
 use super::variables::{MapKind, MapVariable, map_variables, threshold_name};
 use super::{FileHead, Provenance};
 use crate::error::Error;
@@ -48,7 +49,12 @@ pub fn write_maps(
             Ok(())
         };
         write(&mut file).map_err(|cause| output_error(path, cause))?;
-        file.file.close().map_err(|cause| output_error(path, cause))
+        file.file.close().map_err(|cause| output_error(path, cause))?;
+        let back = ReadBack::open(path)?;
+        variables.iter().try_for_each(|variable| match variable.kind {
+            MapKind::Class => back.compare(&variable.name, .., &classes_of(variable)),
+            _ => back.compare(&variable.name, .., variable.values),
+        })
     })
 }
 
@@ -107,11 +113,15 @@ fn define_map(file: &mut NetcdfFile<'_>, map: &MapVariable<'_>, grid: &OutputGri
     file.georeference(name)
 }
 
+/// The values of a map of classes.
+fn classes_of(map: &MapVariable<'_>) -> Vec<i16> {
+    map.values.iter().map(|value| *value as i16).collect()
+}
+
 fn write_values(file: &mut NetcdfFile<'_>, map: &MapVariable<'_>) -> netcdf::Result<()> {
     let mut variable = file.variable(&map.name)?;
     if map.kind == MapKind::Class {
-        let classes: Vec<i16> = map.values.iter().map(|value| *value as i16).collect();
-        variable.put_values(&classes, ..)
+        variable.put_values(&classes_of(map), ..)
     } else {
         variable.put_values(map.values, ..)
     }

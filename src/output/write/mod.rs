@@ -13,6 +13,7 @@ mod netcdf_file;
 mod netcdf_raw;
 mod projection;
 mod qgis;
+mod read_back;
 mod sections;
 mod tables;
 mod tracers;

@@ -12,7 +12,7 @@ use super::super::folder::output_error;
 use super::super::grid::OutputGrid;
 use super::Provenance;
 use super::crs::WritableCrs;
-use super::netcdf_raw::with_caches_of;
+use super::netcdf_raw::{keep_quiet, with_caches_of};
 use crate::calendar::cf;
 use crate::error::Error;
 
@@ -47,6 +47,7 @@ impl<'a> NetcdfFile<'a> {
         crs: &'a Option<WritableCrs>,
         description: &FileDescription,
     ) -> Result<Self, Error> {
+        keep_quiet();
         let mut netcdf = NetcdfFile { file, crs };
         netcdf.define(description).map_err(|cause| output_error(path, cause))?;
         Ok(netcdf)

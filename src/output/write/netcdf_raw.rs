@@ -1,4 +1,4 @@
-//! The calls of NetCDF that its crate does not wrap.
+//! The calls of NetCDF and HDF5 that their crates do not wrap.
 
 /// Slots of the hash table of a cache that holds one chunk.
 const SLOTS: usize = 1;
@@ -23,4 +23,13 @@ pub(super) fn with_caches_of<T>(chunk: usize, define: impl FnOnce() -> T) -> T {
     let defined = define();
     set(size, slots);
     defined
+}
+
+/// Keeps HDF5 from writing to stderr on this thread. The NetCDF library does so on the thread that is the first to use it; what it looks for in vain
+/// elsewhere would be taken for errors.
+#[expect(unsafe_code, reason = "the netcdf crate has no wrapper for H5Eset_auto2")]
+pub(super) fn keep_quiet() {
+    let _alone = netcdf_sys::libnetcdf_lock.lock();
+    // SAFETY: the library is locked; no function stands for printing nothing, and it has no data.
+    unsafe { hdf5_metno_sys::h5e::H5Eset_auto2(hdf5_metno_sys::h5e::H5E_DEFAULT, None, std::ptr::null_mut()) };
 }

@@ -8,6 +8,7 @@ use super::super::grid::FILL;
 use super::super::sections::{Section, SectionRecording, SectionResult, SectionSample};
 use super::crs::WritableCrs;
 use super::netcdf_file::{define_crs, put_texts, put_time_attributes, variable};
+use super::read_back::ReadBack;
 use super::tables::{decimals, number, row, text};
 use super::{FileHead, Provenance};
 use crate::error::Error;
@@ -170,7 +171,12 @@ pub fn write_section_file(
     folder.write_with("sections.nc", |path| {
         let crs = WritableCrs::new(crs, path)?;
         let write = || write_netcdf(path, crs.as_ref(), provenance, sections, recording);
-        write().map_err(|cause| output_error(path, cause))
+        write().map_err(|cause| output_error(path, cause))?;
+        let back = ReadBack::open(path)?;
+        SERIES.iter().try_for_each(|(described, value)| {
+            let values: Vec<f64> = recording.samples.iter().map(value).collect();
+            back.compare(described.name, .., &values)
+        })
     })
 }
 
