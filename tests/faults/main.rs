@@ -1,4 +1,4 @@
-//! Every write, flush, close, rename and deletion of a small run fails once, by itself (`cargo faults`; needs `strace`).
+//! Every write, flush, close, rename and deletion of a small run fails once, by itself (`cargo faults`; needs `strace`; a quarter of an hour).
 //!
 //! Whatever fails, the run ends with exit code 0 or 8. What has its final name is what it is without the fault. A run that ended with 8 goes on to the
 //! same files.
@@ -26,17 +26,8 @@ limits: {checkpoint: 20 ms}
 /// Its end (s).
 const END: f64 = 20.0;
 
-/// The calls that fail, and how.
-const FAULTS: [(&str, &str); 8] = [
-    ("pwrite64", "ENOSPC"),
-    ("write", "ENOSPC"),
-    ("fsync", "EIO"),
-    ("fdatasync", "EIO"),
-    ("ftruncate", "EIO"),
-    ("rename", "EIO"),
-    ("unlink", "EIO"),
-    ("close", "EIO"),
-];
+/// The calls that are counted.
+const CALLS: &str = "openat,pwrite64,write,fsync,ftruncate,rename,unlink,close";
 
 /// Closings before this one are those of the loader of the program.
 const FIRST_OPENED: &str = "s.yaml";
@@ -58,9 +49,8 @@ fn scene() -> TempDir {
 /// Runs the program in a folder under `strace`, which lets a call fail.
 fn run(folder: &Path, fault: Option<&str>) -> (Output, String) {
     let _ = std::fs::remove_dir_all(folder.join("out"));
-    let calls = FAULTS.map(|(call, _)| call).join(",");
     let mut command = Command::new("strace");
-    command.args(["-f", "-qq", "-o", "calls", "-e", &format!("trace=openat,{calls}")]);
+    command.args(["-f", "-qq", "-o", "calls", "-e", &format!("trace={CALLS}")]);
     command.args(fault.into_iter().flat_map(|fault| ["-e".to_owned(), format!("inject={fault}")]));
     command.arg(assert_cmd::cargo::cargo_bin("floodsim"));
     command.args(["run", "s.yaml", "--out", "out", "--quiet", "--threads", "1"]);
@@ -95,10 +85,9 @@ fn wrong(folder: &Path, output: &Output, whole: &BTreeMap<String, Vec<u8>>) -> O
     let record: serde_json::Value = serde_json::from_str(&record).unwrap_or_default();
     // A run that ended before its time has results of that time.
     let is_at_end = record["simulated_s"].as_f64().is_some_and(|time| time >= END);
-    if let Some((name, _)) = found.iter().find(|(name, bytes)| whole.get(*name) != Some(bytes)) {
-        if is_at_end {
-            return Some(format!("{name} is damaged"));
-        }
+    let damaged = found.iter().find(|(name, bytes)| whole.get(*name) != Some(bytes));
+    if let Some((name, _)) = damaged.filter(|_| is_at_end) {
+        return Some(format!("{name} is damaged"));
     }
     match output.status.code() {
         Some(0) if found.len() == whole.len() => None,
@@ -118,32 +107,54 @@ fn wrong(folder: &Path, output: &Output, whole: &BTreeMap<String, Vec<u8>>) -> O
     }
 }
 
-#[test]
-fn no_fault_of_a_file_damages_a_result_or_ends_a_run_otherwise_than_with_8() {
+/// Lets every call of a kind fail once, each in a run of its own.
+fn assert_bears(call: &str, error: &str) {
     let scene = scene();
     let (whole, calls) = run(scene.path(), None);
     assert!(whole.status.success(), "{}", String::from_utf8_lossy(&whole.stderr));
     let whole = results(&scene.path().join("out"));
-    let own = calls.find(FIRST_OPENED).unwrap();
-    let mut problems = Vec::new();
-    for (call, error) in FAULTS {
-        let is_it =
-            |line: &&str| line.split_whitespace().nth(1).is_some_and(|what| what.starts_with(&format!("{call}(")));
-        let before = calls[..own].lines().filter(is_it).count();
-        let count = calls.lines().filter(is_it).count();
-        let (mut zero, mut eight) = (0, 0);
-        for k in before + 1..=count {
-            let (output, _) = run(scene.path(), Some(&format!("{call}:error={error}:when={k}")));
-            if output.status.success() {
-                zero += 1
-            } else {
-                eight += 1
-            }
-            if let Some(problem) = wrong(scene.path(), &output, &whole) {
-                problems.push(format!("{call} {k} of {count}, {error}: {problem}"));
-            }
+    let is_it = |line: &&str| line.split_whitespace().nth(1).is_some_and(|what| what.starts_with(&format!("{call}(")));
+    let before = calls[..calls.find(FIRST_OPENED).unwrap()].lines().filter(is_it).count();
+    let count = calls.lines().filter(is_it).count();
+    let (mut zero, mut problems) = (0, Vec::new());
+    for k in before + 1..=count {
+        let (output, _) = run(scene.path(), Some(&format!("{call}:error={error}:when={k}")));
+        zero += usize::from(output.status.success());
+        if let Some(problem) = wrong(scene.path(), &output, &whole) {
+            problems.push(format!("{call} {k} of {count}, {error}: {problem}"));
         }
-        println!("{call:9} {error:6} {:4} calls: {zero} ended with 0, {eight} with another code", count - before);
     }
+    println!("{call}, {error}: {} calls, {zero} of which the run does without", count - before);
     assert!(problems.is_empty(), "{}", problems.join("\n"));
+}
+
+#[test]
+fn disks_that_are_full_at_any_write() {
+    assert_bears("pwrite64", "ENOSPC");
+    assert_bears("write", "ENOSPC");
+}
+
+#[test]
+fn disks_that_fail_when_files_are_flushed() {
+    assert_bears("fsync", "EIO");
+}
+
+#[test]
+fn disks_that_fail_when_files_are_cut() {
+    assert_bears("ftruncate", "EIO");
+}
+
+#[test]
+fn disks_that_fail_when_files_get_their_names() {
+    assert_bears("rename", "EIO");
+}
+
+#[test]
+fn disks_that_fail_when_files_are_deleted() {
+    assert_bears("unlink", "EIO");
+}
+
+#[test]
+fn disks_that_fail_when_files_are_closed() {
+    assert_bears("close", "EIO");
 }

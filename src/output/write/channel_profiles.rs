@@ -17,7 +17,7 @@ use super::super::folder::{RunFolder, output_error};
 use super::super::grid::FILL;
 use super::super::{OutputCrs, WET_DEPTH};
 use super::crs::WritableCrs;
-use super::netcdf_file::{define_crs, put_texts, put_time_attributes, variable};
+use super::netcdf_file::{close, define_crs, put_texts, put_time_attributes, variable};
 use super::read_back::ReadBack;
 use super::{FileHead, Provenance};
 use crate::error::Error;
@@ -293,7 +293,7 @@ impl Description {
                 let stored = source.variable(name).ok_or_else(|| netcdf::Error::NotFound(name.to_string()))?;
                 variable(&mut file, name)?.put_values(&stored.get_values::<f64, _>(..)?, ..)?;
             }
-            file.close()
+            close(file)
         };
         copy().map_err(|cause| output_error(path, cause))?;
         let back = ReadBack::open(path)?;

@@ -20,7 +20,7 @@ use super::super::grid::{FILL, OutputGrid};
 use super::super::tracers::TracerPlan;
 use super::FileHead;
 use super::crs::WritableCrs;
-use super::netcdf_file::{FileDescription, NetcdfFile};
+use super::netcdf_file::{FileDescription, NetcdfFile, close};
 use super::read_back::ReadBack;
 use super::tracers::field;
 use crate::error::Error;
@@ -255,7 +255,7 @@ fn convert(
         Ok(())
     };
     copy().map_err(failed)?;
-    file.file.close().map_err(failed)?;
+    close(file.file).map_err(failed)?;
     compare(&source, path, (description, tracers))
 }
 

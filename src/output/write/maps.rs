@@ -8,7 +8,7 @@ use netcdf::Options;
 use super::super::folder::{RunFolder, output_error};
 use super::super::grid::{FILL, GridMaps, OutputGrid};
 use super::crs::WritableCrs;
-use super::netcdf_file::{FileDescription, NetcdfFile};
+use super::netcdf_file::{FileDescription, NetcdfFile, close};
 use super::read_back::ReadBack;
 use super::variables::{MapKind, MapVariable, map_variables, threshold_name};
 use super::{FileHead, Provenance};
@@ -49,7 +49,7 @@ pub fn write_maps(
             Ok(())
         };
         write(&mut file).map_err(|cause| output_error(path, cause))?;
-        file.file.close().map_err(|cause| output_error(path, cause))?;
+        close(file.file).map_err(|cause| output_error(path, cause))?;
         let back = ReadBack::open(path)?;
         variables.iter().try_for_each(|variable| match variable.kind {
             MapKind::Class => back.compare(&variable.name, .., &classes_of(variable)),

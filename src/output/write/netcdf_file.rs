@@ -134,6 +134,18 @@ impl<'a> NetcdfFile<'a> {
     }
 }
 
+/// Closes a file once all of it is written. Where that fails the library crashes at closing it, so that it stays open; the program leaves without
+/// closing what is open.
+pub(super) fn close(file: FileMut) -> netcdf::Result<()> {
+    match file.sync() {
+        Ok(()) => file.close(),
+        Err(error) => {
+            std::mem::forget(file);
+            Err(error)
+        }
+    }
+}
+
 /// Puts text attributes, leaving out empty ones.
 pub(super) fn put_texts(variable: &mut VariableMut<'_>, attributes: &[(&str, &str)]) -> netcdf::Result<()> {
     for (key, value) in attributes.iter().filter(|(_, value)| !value.is_empty()) {
