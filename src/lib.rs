@@ -5,6 +5,7 @@
 //! scenario → terrain → bed → seeding → solver → output → maps. `pipeline` shows one whole run on one screen.
 
 pub mod calendar;
+pub mod checksum;
 pub mod cli;
 pub mod error;
 pub mod gate;

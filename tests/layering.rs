@@ -24,6 +24,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("methods", &[]),
     ("constants", &[]),
     ("calendar", &[]),
+    ("checksum", &[]),
     ("error", &["math"]),
     ("gate", &[]),
     ("problems", &[]),
@@ -61,6 +62,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
         "output",
         &[
             "calendar",
+            "checksum",
             "math",
             "lattice",
             "error",

@@ -41,8 +41,7 @@ pub struct Arguments {
 }
 
 fn version() -> &'static str {
-    static TEXT: LazyLock<String> =
-        LazyLock::new(|| format!("{} ({})", crate::version::VERSION, crate::version::COMMIT));
+    static TEXT: LazyLock<String> = LazyLock::new(crate::version::with_commit);
     &TEXT
 }
 

@@ -9,9 +9,10 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use sha2::{Digest, Sha256};
 
+use super::file_records::RUNNING;
 use super::folder::{RunFolder, output_error};
+use crate::checksum::{Checked, LENGTH, of_bytes};
 use crate::error::{Error, Problem, ProblemKind};
 
 const NEWEST: &str = "checkpoint.bin";
@@ -20,31 +21,8 @@ const BEFORE: &str = "checkpoint.before.bin";
 /// The first line.
 const FORMAT: &str = "floodsim checkpoint 1\n";
 
-/// Bytes of a SHA-256.
-const DIGEST: u64 = 32;
-
 /// Bytes that are handed on at once.
 const BUFFER: usize = 1 << 20;
-
-/// Writes on, and takes the digest of what passes.
-struct Digesting<W> {
-    inner: W,
-    digest: Sha256,
-    bytes: u64,
-}
-
-impl<W: Write> Write for Digesting<W> {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        let written = self.inner.write(bytes)?;
-        self.digest.update(&bytes[..written]);
-        self.bytes += written as u64;
-        Ok(written)
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        self.inner.flush()
-    }
-}
 
 /// Writes a checkpoint: of which run it is, and its state. Returns its size (bytes).
 ///
@@ -54,16 +32,19 @@ pub fn write_checkpoint(folder: &RunFolder, run: &impl Serialize, state: &impl S
     let mut size = 0;
     let write = |path: &Path| {
         let written = || -> Result<u64, Box<dyn std::error::Error>> {
-            let digesting = Digesting { inner: File::create(path)?, digest: Sha256::new(), bytes: 0 };
-            let mut file = BufWriter::with_capacity(BUFFER, digesting);
+            let mut file = BufWriter::with_capacity(BUFFER, Checked::new(File::create(path)?));
             file.write_all(FORMAT.as_bytes())?;
             serde_json::to_writer(&mut file, run)?;
             file.write_all(b"\n")?;
-            let file = postcard::to_io(state, file)?;
-            let Digesting { mut inner, digest, bytes } =
-                file.into_inner().map_err(std::io::IntoInnerError::into_error)?;
-            inner.write_all(&digest.finalize())?;
-            Ok(bytes + DIGEST)
+            if let Err(error) = postcard::to_io(state, &mut file) {
+                // It says nothing of the cause; what could not be written can't be flushed.
+                file.flush()?;
+                return Err(error.into());
+            }
+            let checked = file.into_inner().map_err(std::io::IntoInnerError::into_error)?;
+            let (mut file, bytes, checksum) = checked.finish();
+            file.write_all(&checksum)?;
+            Ok(bytes + LENGTH)
         };
         size = written().map_err(|cause| output_error(path, cause))?;
         Ok(())
@@ -74,24 +55,11 @@ pub fn write_checkpoint(folder: &RunFolder, run: &impl Serialize, state: &impl S
     Ok(size)
 }
 
-/// Deletes what a run that has ended would have gone on from: the checkpoints, and then the files that they count on.
-///
-/// # Errors
-/// When it cannot be deleted.
-pub fn delete_checkpoints(folder: &RunFolder) -> Result<(), Error> {
-    for name in [NEWEST, BEFORE, "fields.partial.nc", "channels.partial.nc"] {
-        let path = folder.file(name);
-        match fs::remove_file(&path) {
-            Err(cause) if cause.kind() != std::io::ErrorKind::NotFound => return Err(output_error(&path, cause)),
-            _ => {}
-        }
-    }
-    Ok(())
-}
-
-/// Whether a folder has a checkpoint and no maps of a run that ended: the run was cut off.
+/// Whether the run of a folder can go on and has not said how it ended, or has no maps: then what it computed is still to be written.
 pub fn is_cut_off(folder: &Path) -> bool {
-    folder.join(NEWEST).exists() && !folder.join("maps.nc").exists()
+    let is_there = |name: &str| folder.join(name).exists();
+    let record = fs::read_to_string(folder.join("run.json")).unwrap_or_default();
+    (is_there(NEWEST) || is_there(BEFORE)) && (record.contains(RUNNING) || !is_there("maps.nc"))
 }
 
 /// A whole checkpoint of a folder.
@@ -125,20 +93,10 @@ impl<R: DeserializeOwned> Checkpoint<R> {
         let said = |cause: std::io::Error| cause.to_string();
         let mut file = BufReader::with_capacity(BUFFER, File::open(&path).map_err(said)?);
         let length = file.get_ref().metadata().map_err(said)?.len();
-        let mut digest = Sha256::new();
-        let mut state = file.by_ref().take(length.saturating_sub(DIGEST));
-        loop {
-            let bytes = state.fill_buf().map_err(said)?;
-            if bytes.is_empty() {
-                break;
-            }
-            digest.update(bytes);
-            let count = bytes.len();
-            state.consume(count);
-        }
+        let (_, found) = of_bytes(file.by_ref().take(length.saturating_sub(LENGTH))).map_err(said)?;
         let mut stated = Vec::new();
         file.read_to_end(&mut stated).map_err(said)?;
-        if stated != digest.finalize().as_slice() {
+        if stated != found {
             return Err("its bytes are not those that were written".to_owned());
         }
         file.seek(SeekFrom::Start(0)).map_err(said)?;
@@ -203,8 +161,23 @@ mod tests {
             fs::write(&newest, &whole[..length]).unwrap();
             assert_eq!(state().0, "run\n1", "{length}");
         }
-        delete_checkpoints(&folder).unwrap();
-        delete_checkpoints(&folder).unwrap();
-        assert!(found().is_err());
+        // What can go on is cut off while its record says that it runs, and where it has no maps.
+        for (status, maps, expected) in
+            [("running", true, true), ("running", false, true), ("stopped", false, true), ("stopped", true, false)]
+        {
+            folder
+                .write("run.json", serde_json::json!({"status": status}).to_string().replace(':', ": ").as_bytes())
+                .unwrap();
+            if maps {
+                folder.write("maps.nc", b"").unwrap()
+            } else {
+                let _ = fs::remove_file(folder.file("maps.nc"));
+            }
+            assert_eq!(is_cut_off(place.path()), expected, "{status} {maps}");
+        }
+        folder.write("fields.partial.nc", b"frames").unwrap();
+        folder.delete_way().unwrap();
+        folder.delete_way().unwrap();
+        assert!(found().is_err() && !folder.file("fields.partial.nc").exists());
     }
 }

@@ -278,10 +278,9 @@ impl RunFolder {
 
     /// The results of a run that are there: neither its record, its report, nor what it goes on from.
     pub(super) fn results(&self) -> std::io::Result<Vec<PathBuf>> {
-        let named = OWN_FILES.iter().filter(|name| {
-            let is_of_the_way = name.starts_with("checkpoint") || name.contains(".partial.");
-            !is_of_the_way && **name != "run.json" && !name.starts_with("report/")
-        });
+        let named = OWN_FILES
+            .iter()
+            .filter(|name| !is_of_the_way(name) && **name != "run.json" && !name.starts_with("report/"));
         let mut paths: Vec<PathBuf> = named.map(|name| self.file(name)).filter(|path| path.is_file()).collect();
         let maps = self.file("cog");
         if maps.is_dir() {
@@ -290,6 +289,17 @@ impl RunFolder {
             }
         }
         Ok(paths)
+    }
+
+    /// Deletes what a run that has ended would have gone on from: the checkpoints, and then the files that they count on.
+    ///
+    /// # Errors
+    /// When it cannot be deleted.
+    pub fn delete_way(&self) -> Result<(), Error> {
+        OWN_FILES.iter().filter(|name| is_of_the_way(name)).try_for_each(|name| {
+            let path = self.file(name);
+            remove_if_there(&path).map_err(|cause| output_error(&path, cause))
+        })
     }
 
     fn delete_own_files(&self) -> std::io::Result<()> {
@@ -312,6 +322,11 @@ impl RunFolder {
         }
         Ok(())
     }
+}
+
+/// Whether a run goes on from a file of its folder; the checkpoints come first.
+fn is_of_the_way(name: &str) -> bool {
+    name.starts_with("checkpoint") || name.contains(".partial.")
 }
 
 /// Whether a file is not yet whole, or will never be.

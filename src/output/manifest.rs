@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::cell_records::{ChoiceRecord, ErrorRecord, LevelRecord, PartRecord};
 use super::channels::AboveBanks;
 use super::closed_edge::ClosedEdge;
-use super::file_records::{CheckpointRecord, InputFile, OutputFile};
+use super::file_records::{CheckpointRecord, InputFile, OutputFile, mark_ended};
 use super::folder::RunFolder;
 use super::tracers::TracerBalance;
 use crate::error::{Error, Problem};
@@ -351,7 +351,9 @@ impl RunManifest {
     /// Says in `run.json` that an error ended the run, as far as that can still be written; hands on the error.
     pub fn failed(&mut self, folder: &RunFolder, error: Error) -> Error {
         self.ended("failed", error.exit_code() as u8);
-        let _ = self.write(folder);
+        if self.write(folder).is_err() {
+            mark_ended(folder.path(), &self.status, i32::from(error.exit_code() as u8));
+        }
         error
     }
 }

@@ -1,15 +1,13 @@
 //! Checksums of what a run wrote, and whether a folder still holds that.
 
-use std::fs::File;
-use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
-use sha2::{Digest, Sha256};
 
 use super::file_records::{InputFile, OutputFile};
 use super::folder::{RunFolder, output_error};
 
+use crate::checksum::of_file;
 use crate::error::{Error, Problem, ProblemKind};
 
 /// What of `run.json` is verified.
@@ -40,26 +38,11 @@ pub fn output_files(folder: &RunFolder) -> Result<Vec<OutputFile>, Error> {
     let mut paths = folder.results().map_err(|cause| output_error(folder.path(), cause))?;
     paths.sort();
     let file = |path: PathBuf| {
-        let (bytes, sha256) = digest(&path).map_err(|cause| output_error(&path, cause))?;
+        let (bytes, sha256) = of_file(&path).map_err(|cause| output_error(&path, cause))?;
         let name = path.strip_prefix(folder.path()).unwrap_or(&path).display().to_string();
         Ok(OutputFile { path: name, bytes, sha256 })
     };
     paths.into_iter().map(file).collect()
-}
-
-/// Size (bytes) and SHA-256 of a file.
-fn digest(path: &Path) -> std::io::Result<(u64, String)> {
-    let mut file = BufReader::new(File::open(path)?);
-    let (mut digest, mut bytes, mut block) = (Sha256::new(), 0, vec![0; 1 << 20]);
-    loop {
-        let read = file.read(&mut block)?;
-        if read == 0 {
-            let hex = digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
-            return Ok((bytes, hex));
-        }
-        digest.update(&block[..read]);
-        bytes += read as u64;
-    }
 }
 
 /// Compares the files of a run folder, and the inputs of the run, with the checksums of its `run.json`.
@@ -84,7 +67,7 @@ pub fn verify(folder: &Path) -> Result<Verified, Error> {
     }
     let mut verified = Verified::default();
     let mut compare = |path: &Path, name: &str, sha256: &str, code: &'static str, what: &str| {
-        let found = digest(path);
+        let found = of_file(path);
         let cause = match found {
             Ok((_, found)) if found == sha256 => {
                 verified.same += 1;

@@ -74,10 +74,10 @@ impl Channels {
     }
 
     /// Writes the tables, closes `channels.nc`, and hands on what was recorded.
-    pub fn finish(self, folder: &RunFolder) -> (ChannelRecording, Option<Error>) {
+    pub fn finish(self, folder: &RunFolder) -> (ChannelRecording, Result<(), Error>) {
         let recording = self.recorder.finish();
         let tables = if self.has_tables { write_channels(folder, &self.profiles, &recording) } else { Ok(()) };
         let profiles = self.writer.map_or(Ok(()), ChannelsWriter::finish);
-        (recording, tables.and(profiles).err())
+        (recording, tables.and(profiles))
     }
 }

@@ -45,7 +45,7 @@ impl Decided {
 pub(super) struct Before {
     /// Particles with water at the start.
     pub particles: Option<usize>,
-    /// Time on the clock and of the processors (s).
+    /// Wall-clock and CPU time (s).
     pub wall_s: f64,
     pub cpu_s: f64,
     pub checkpoints: CheckpointRecord,
@@ -126,9 +126,9 @@ pub(super) fn keep_origin(folder: &RunFolder, origin: &Origin) -> Result<(), Err
 
 impl Run<'_> {
     /// Writes a checkpoint between two steps, where they are kept. One that can't be written costs the run nothing: the one before stays.
-    pub(super) fn keep(&mut self, core: &mut Core, recorders: &mut Recorders, steps: &StepStatistics) -> bool {
+    pub(super) fn keep(&mut self, core: &mut Core, recorders: &mut Recorders, steps: &StepStatistics) {
         if !self.checkpoints.are_kept() {
-            return false;
+            return;
         }
         let begin = Instant::now();
         self.origin.simulated_s = core.flow().time();
@@ -148,13 +148,11 @@ impl Run<'_> {
                 record.count += 1;
                 record.wall_s += self.checkpoints.cost;
                 record.bytes = bytes;
-                true
             }
             Err(error) => {
                 if !std::mem::replace(&mut self.checkpoints.has_failed, true) {
                     say(format!("warning: no checkpoint at t = {:.1} s: {error}", self.origin.simulated_s));
                 }
-                false
             }
         }
     }

@@ -56,7 +56,7 @@ impl Clock {
         self.phases = vec![(name.to_owned(), self.start.elapsed().as_secs_f64())];
     }
 
-    /// Time on the clock and of the processors (s) so far, with those of a run before it went on.
+    /// Wall-clock and CPU time (s) so far, with those of a run before it went on.
     pub fn so_far(&self, (wall, cpu): (f64, f64)) -> (f64, f64) {
         (wall + self.start.elapsed().as_secs_f64(), cpu + processor_seconds())
     }

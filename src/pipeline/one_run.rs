@@ -61,7 +61,7 @@ impl Run<'_> {
                 recorders
             }
         };
-        let early = match self.compute(&mut core, &mut recorders, steps, &mut progress)? {
+        let early = match self.compute(&mut core, &mut recorders, steps, &mut progress) {
             ControlFlow::Continue(early) => early,
             ControlFlow::Break(wider) => return Ok(ControlFlow::Break(wider)),
         };
@@ -81,7 +81,7 @@ impl Run<'_> {
         Provenance {
             title: self.scenario.title.clone(),
             institution: String::new(),
-            source: format!("floodsim {} ({})", version::VERSION, version::COMMIT),
+            source: format!("floodsim {}", version::with_commit()),
             history: format!("{now} {}", self.manifest.command),
             references: String::new(),
             comment: String::new(),

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use super::RunOptions;
+use crate::checksum;
 use crate::error::Problem;
 use crate::output::{ChoiceRecord, InputFile};
-use crate::prepare::sha256;
 use crate::scenario::Scenario;
 use crate::version;
 
@@ -32,11 +32,6 @@ pub(super) struct Origin {
     pub simulated_s: f64,
 }
 
-/// The program, as it must be the same for the rest of a run.
-pub(super) fn program() -> String {
-    format!("{} ({})", version::VERSION, version::COMMIT)
-}
-
 impl Origin {
     /// That of a run at its start.
     pub fn new(
@@ -50,13 +45,13 @@ impl Origin {
             sha256: file.sha256.clone(),
         };
         Origin {
-            program: program(),
+            program: version::with_commit(),
             command: options.command.clone(),
             working_folder: std::env::current_dir().unwrap_or_default(),
             scenario: scenario.file.clone(),
             text: std::fs::read_to_string(&scenario.file).unwrap_or_default(),
             overrides: options.overrides.clone(),
-            scenario_sha256: sha256(&scenario.file).unwrap_or_default(),
+            scenario_sha256: checksum::of_file(&scenario.file).map_or_else(|_| String::new(), |(_, sha256)| sha256),
             inputs: inputs.iter().map(input).collect(),
             choice: choice.clone(),
             warnings: warnings.to_vec(),

@@ -5,9 +5,9 @@ use super::recorders::Recorders;
 use super::{Computed, Early, Run};
 use crate::error::Error;
 use crate::output::{
-    FieldsWriter, FileHead, Findings, OutputGrid, Provenance, Recording, SectionRecording, TracerBalance, write_cogs,
-    write_gauges, write_geopackage, write_maps, write_mass_balance, write_passages, write_section_file,
-    write_section_tables, write_tracers,
+    ChannelRecording, FieldsWriter, FileHead, Findings, OutputGrid, Provenance, Recording, SectionRecording,
+    TracerBalance, write_cogs, write_gauges, write_geopackage, write_maps, write_mass_balance, write_passages,
+    write_section_file, write_section_tables, write_tracers,
 };
 use crate::scenario::OutputPart;
 use crate::solver::Ledger;
@@ -41,10 +41,11 @@ impl Run<'_> {
         let of_sections = self.write_sections(provenance, &sections);
         let tables = self.write_tables(&recording, &sections, &tracers);
         self.clock.part("tables");
-        let (in_channels, of_channels) =
-            channels.map_or_else(Default::default, |channels| channels.finish(&self.folder));
+        let (in_channels, of_channels) = match channels {
+            Some(channels) => channels.finish(&self.folder),
+            None => (ChannelRecording::default(), Ok(())),
+        };
         self.manifest.above_banks = in_channels.above_banks;
-        let so_far = first_error([of_plane, of_sections, tables, of_channels.map_or(Ok(()), Err)]);
         let frames = fields.map_or(Ok(()), FieldsWriter::finish);
         self.clock.part("fields");
         Computed {
@@ -53,7 +54,7 @@ impl Run<'_> {
             sections: sections.results,
             channel_gauges: in_channels.gauge_results,
             early,
-            unwritten: first_error([so_far, frames]).err(),
+            unwritten: first_error([of_plane, of_sections, tables, of_channels, frames]).err(),
         }
     }
 

@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use super::checkpoints::{State, keep_origin};
-use super::origin::{Origin, program};
+use super::origin::Origin;
 use super::{RunOptions, RunSummary, run_on_threads, thread_pool};
 use crate::error::{Error, Problem, ProblemKind};
 use crate::output::{Checkpoint, RunFolder};
 use crate::prepare::InputFile;
 use crate::scenario;
+use crate::version;
 
 /// What a planner asks of a run that goes on.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,7 +57,7 @@ pub fn resume(options: &ResumeOptions) -> Result<RunSummary, Error> {
     let held = RunFolder::reopen(&folder)?;
     let found = Checkpoint::<Origin>::find(&folder).map_err(refused)?;
     let origin = found.run.clone();
-    if origin.program != program() {
+    if origin.program != version::with_commit() {
         return Err(refused(another_program(&origin)));
     }
     std::env::set_current_dir(&origin.working_folder).map_err(|cause| {
@@ -93,7 +94,7 @@ fn before_the_first(folder: &Path) -> Problem {
 
 /// That another program began a run.
 fn another_program(origin: &Origin) -> Problem {
-    let message = format!("the run was begun by floodsim {}, and this is {}", origin.program, program());
+    let message = format!("the run was begun by floodsim {}, and this is {}", origin.program, version::with_commit());
     Problem::error(ProblemKind::Input, "checkpoint-of-another-program", "", message)
         .with_cause("another version may compute otherwise, and half of the maps would be of each")
         .with_remedy("go on with the program that began it, or run the scenario again with --overwrite")

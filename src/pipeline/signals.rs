@@ -12,7 +12,7 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::{Handle, Signals as Arriving};
 
 use crate::error::{Error, say};
-use crate::output::mark_stopped;
+use crate::output::mark_ended;
 
 /// How long a run has to end after a signal; batch systems kill after ten seconds and more.
 const GRACE: Duration = Duration::from_secs(8);
@@ -61,7 +61,7 @@ impl Signals {
         self.received.load(Ordering::Relaxed)
     }
 
-    /// The folder whose `run.json` tells of an end in haste.
+    /// The folder whose `run.json` says how the run ended.
     pub fn write_to(&self, folder: &Path) {
         *self.folder.lock().unwrap_or_else(PoisonError::into_inner) = Some(folder.to_path_buf());
     }
@@ -71,7 +71,7 @@ impl Signals {
 fn leave(signal: i32, folder: &Mutex<Option<PathBuf>>) -> ! {
     let code = 128 + signal;
     if let Some(folder) = &*folder.lock().unwrap_or_else(PoisonError::into_inner) {
-        mark_stopped(folder, code);
+        mark_ended(folder, "stopped", code);
         say(format!("error: stopped by signal {signal} before all results were written; `floodsim resume` goes on"));
     }
     // No handler runs at this exit: those of libraries would meet files that are being written.

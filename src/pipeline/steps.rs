@@ -8,7 +8,6 @@ use super::recorders::Recorders;
 use super::records::{balance, breach_record, moving_bed_record, tracer_balances};
 use super::verdict::stopped;
 use super::{Early, Run};
-use crate::error::Error;
 use crate::scenario::Part;
 use crate::solver::{FlowSolver, StepChoice, StepLimit};
 
@@ -21,7 +20,7 @@ impl Run<'_> {
         recorders: &mut Recorders,
         mut steps: StepStatistics,
         progress: &mut Progress,
-    ) -> Result<ControlFlow<Part, Option<Early>>, Error> {
+    ) -> ControlFlow<Part, Option<Early>> {
         let end = self.scenario.end_time;
         self.before.particles.get_or_insert_with(|| core.as_flow().particles());
         let mut early = self.is_for_outputs.then_some(Early::NoStep);
@@ -49,7 +48,7 @@ impl Run<'_> {
             {
                 progress.end();
                 self.manifest.simulated_s = solver.time();
-                return Ok(ControlFlow::Break(wider));
+                return ControlFlow::Break(wider);
             }
             progress.show((solver.time(), solver.particles()), &choice, || balance(solver).error_relative);
             if received != 0 || self.checkpoints.is_due() {
@@ -57,7 +56,7 @@ impl Run<'_> {
                 self.clock.part("checkpoints");
             }
             if received != 0 {
-                early = Some(self.stop(core, recorders, (is_record_due, received))?);
+                early = Some(self.stop(core, recorders, (is_record_due, received)));
             }
         }
         progress.end();
@@ -68,16 +67,11 @@ impl Run<'_> {
         }
         steps.note(&mut self.manifest);
         self.note_computed(solver, recorders);
-        Ok(ControlFlow::Continue(early))
+        ControlFlow::Continue(early)
     }
 
     /// Stops at a signal, once the checkpoint is written: says so in `run.json`, and takes the water of now for the maps.
-    fn stop(
-        &mut self,
-        core: &mut Core,
-        recorders: &mut Recorders,
-        (is_recorded, received): (bool, usize),
-    ) -> Result<Early, Error> {
+    fn stop(&mut self, core: &mut Core, recorders: &mut Recorders, (is_recorded, received): (bool, usize)) -> Early {
         let solver = core.flow();
         self.manifest.simulated_s = solver.time();
         let stopped = stopped(&self.folder, solver.time(), received as i32);
@@ -86,7 +80,7 @@ impl Run<'_> {
             // Not in the checkpoint: a run that is never stopped does not record here.
             if is_recorded { Ok(()) } else { recorders.record(solver, true, &mut self.clock) }
         });
-        Ok(written.map_or_else(Early::Unwritten, |()| Early::Signal(received as i32)))
+        written.map_or_else(Early::Unwritten, |()| Early::Signal(received as i32))
     }
 
     /// Writes into the manifest what the core did.

@@ -5,7 +5,7 @@ use super::records::gate_of_discharges;
 use super::{Computed, Early, Run};
 use crate::error::{Error, say};
 use crate::gate::Gate;
-use crate::output::{PassageRecord, Recording, RunFolder, RunManifest, VolumeBooks, delete_checkpoints, output_files};
+use crate::output::{PassageRecord, Recording, RunFolder, RunManifest, VolumeBooks, output_files};
 use crate::scenario::Scenario;
 use crate::solver::Ledger;
 
@@ -33,7 +33,7 @@ impl Run<'_> {
         self.clock.note(manifest, (self.before.wall_s, self.before.cpu_s));
         manifest.checkpoints = Some(self.before.checkpoints).filter(|checkpoints| checkpoints.count > 0);
         manifest.resumed_at_s = self.before.resumed_at_s.clone();
-        let goes_on = early.as_ref().is_some_and(Early::may_go_on) || unwritten.is_some();
+        let goes_on = early.as_ref().is_some_and(Early::may_go_on);
         let is_whole = early.is_none();
         let unwritten = match output_files(&self.folder) {
             Ok(files) => {
@@ -50,17 +50,21 @@ impl Run<'_> {
             (None, None) if failed_gates.is_empty() => Ok(()),
             (None, None) => Err(Error::Gate(failed_gates.join("; "))),
         };
-        manifest.exit_code = Some(result.as_ref().err().map_or(0, |error| error.exit_code() as u8));
-        manifest.status = match result {
+        let status = match result {
             Ok(()) | Err(Error::Gate(_)) if is_whole => "done",
             Ok(()) | Err(Error::Stopped { .. }) => "stopped",
             Err(_) => "failed",
-        }
-        .to_owned();
-        manifest.write(&self.folder)?;
+        };
+        manifest.ended(status, result.as_ref().err().map_or(0, |error| error.exit_code() as u8));
+        let result = match (result, manifest.write(&self.folder)) {
+            (result, Ok(())) => result,
+            (Err(first), Err(_)) => Err(manifest.failed(&self.folder, first)),
+            (Ok(()), Err(unwritten)) => Err(manifest.failed(&self.folder, unwritten)),
+        };
+        let goes_on = goes_on || matches!(result, Err(Error::Output { .. }));
         if !goes_on || !self.checkpoints.are_kept() {
             // What stays of them takes room, and does no harm.
-            if let Err(error) = delete_checkpoints(&self.folder) {
+            if let Err(error) = self.folder.delete_way() {
                 say(format!("warning: {error}"));
             }
         } else if !self.is_for_outputs {

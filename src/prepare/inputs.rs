@@ -4,10 +4,10 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::checksum;
 use crate::error::{Place, Problem, ProblemKind};
 use crate::geodata::cf_axes::split_variable;
 use crate::prepare::rain::series as rain_series;
-use crate::prepare::sha256;
 use crate::scenario::ChannelShape;
 use crate::scenario::{
     BedMovement, BoundaryCondition, Levels, MovingBed, OpenBoundary, RainAmount, RefineShape, Scenario, SourcePlace,
@@ -191,7 +191,7 @@ pub(super) fn all(scenario: &Scenario) -> Vec<InputFile> {
                 continue;
             }
             let (key, place) = (key.clone(), place.clone());
-            inputs.extend(sha256(&path).map(|sha256| InputFile { path, sha256, key, place }));
+            inputs.extend(checksum::of_file(&path).ok().map(|(_, sha256)| InputFile { path, sha256, key, place }));
         }
     }
     inputs

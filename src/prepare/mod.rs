@@ -23,10 +23,6 @@ mod tables;
 mod tracers;
 mod water;
 
-use std::path::Path;
-
-use sha2::{Digest, Sha256};
-
 use crate::bed::BedParticles;
 use crate::error::{Error, Problem, ProblemKind, Severity};
 use crate::lattice::Lattice;
@@ -208,24 +204,6 @@ impl Scene {
     pub fn levels(&self) -> Vec<f64> {
         self.waters.iter().map(|water| water.level).collect()
     }
-}
-
-/// SHA-256 of a file in hexadecimal digits, if it can be read.
-pub fn sha256(path: &Path) -> Option<String> {
-    /// Takes bytes into the checksum; `sha2` itself is no longer a writer.
-    struct Checksum(Sha256);
-    impl std::io::Write for Checksum {
-        fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-            self.0.update(bytes);
-            Ok(bytes.len())
-        }
-        fn flush(&mut self) -> std::io::Result<()> {
-            Ok(())
-        }
-    }
-    let mut checksum = Checksum(Sha256::new());
-    std::io::copy(&mut std::fs::File::open(path).ok()?, &mut checksum).ok()?;
-    Some(checksum.0.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
 }
 
 /// Opens and checks everything that a scenario names. Never fails: what is wrong is in `problems`.

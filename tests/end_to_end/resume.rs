@@ -1,12 +1,12 @@
 //! Runs that are cut off and go on: to the same bytes, whenever that was, and not with other inputs.
 
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
 
+use crate::whole_runs::{files, lasting, manifest};
 use crate::{changed, feature, floodsim};
 
 /// A plain that falls to the east with a ditch, where a channel comes in from the west; rain, a source, ground that rises.
@@ -136,47 +136,28 @@ impl Scene {
     }
 }
 
-/// What is in a run folder: of `run.json` what is not about time and place.
-fn contents(out: &Path) -> BTreeMap<String, Vec<u8>> {
-    let mut files = BTreeMap::new();
-    let mut folders = vec![out.to_path_buf()];
-    while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-                continue;
-            }
-            let name = path.strip_prefix(out).unwrap().display().to_string();
-            let bytes = std::fs::read(&path).unwrap();
-            if name == "scenario.resolved.yaml" {
-                continue;
-            }
-            if name == "run.json" {
-                let mut record: serde_json::Value = serde_json::from_slice(&bytes).unwrap();
-                if let Some(estimate) = record["error_estimate"].as_object_mut() {
-                    estimate.remove("cpu_s");
-                }
-                let of_run = "wall_s cpu_s phase_s peak_rss_mb threads checkpoints resumed_at_s outputs";
-                for (key, value) in record.as_object().unwrap() {
-                    if of_run.split(' ').any(|name| name == key) {
-                        continue;
-                    }
-                    files.insert(format!("run.json {key}"), value.to_string().into_bytes());
-                }
-                continue;
-            }
-            files.insert(name, bytes);
-        }
-    }
-    files
-}
-
+/// Asserts that two folders have the same files, and records that differ in times alone.
 #[track_caller]
-fn assert_same(scene: &Scene, [one, other]: [&str; 2]) {
-    let [one, other] = [one, other].map(|name| contents(&scene.path(name).join("out")));
-    assert_eq!(one.keys().collect::<Vec<_>>(), other.keys().collect::<Vec<_>>());
-    let differing: Vec<&String> = one.iter().filter(|(name, bytes)| other[*name] != **bytes).map(|(n, _)| n).collect();
+fn assert_same(scene: &Scene, names: [&str; 2]) {
+    let outs = names.map(|name| scene.path(name).join("out"));
+    let [one, other] = outs.each_ref().map(|out| {
+        let mut record = lasting(out);
+        record["command"] = manifest(out)["command"].clone();
+        for key in ["checkpoints", "resumed_at_s"] {
+            record.as_object_mut().unwrap().remove(key);
+        }
+        if let Some(estimate) = record["error_estimate"].as_object_mut() {
+            estimate.remove("cpu_s");
+        }
+        record
+    });
+    assert_eq!(one, other);
+    let [one, other] = outs.each_ref().map(|out| files(out));
+    assert!(one.keys().eq(other.keys()), "{:?} and {:?}", one.keys(), other.keys());
+    // Its scenario has the place of the folder.
+    let is_place = |name: &str| ["run.json", "scenario.resolved.yaml"].contains(&name);
+    let differing: Vec<&String> =
+        one.iter().filter(|(name, bytes)| !is_place(name) && other[*name] != **bytes).map(|(name, _)| name).collect();
     assert!(differing.is_empty(), "{differing:?}");
 }
 
@@ -286,9 +267,7 @@ fn a_report_of_a_killed_run_shows_what_there_is_and_the_run_goes_on_after_it() {
     assert_eq!(report.code, 0, "{}", report.stderr);
     assert!(report.stderr.contains("warning: the run was stopped at"), "{}", report.stderr);
     assert!(other.join("out/report/index.html").exists() && other.join("out/tables/gauges.csv").exists());
-    let record: serde_json::Value =
-        serde_json::from_slice(&std::fs::read(other.join("out/run.json")).unwrap()).unwrap();
-    assert_eq!(record["status"], "stopped");
+    assert_eq!(manifest(&other.join("out"))["status"], "stopped");
     std::fs::remove_dir_all(other.join("out/report")).unwrap();
     let resume = ["resume", "out", "--quiet"].map(str::to_owned);
     assert_eq!(scene.start("other", &resume).wait().unwrap().code(), Some(0));

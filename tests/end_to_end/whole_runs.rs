@@ -47,12 +47,12 @@ fn run(folder: &Path, scenario: &str, arguments: &[&str]) -> Answer {
     answer
 }
 
-fn manifest(out: &Path) -> serde_json::Value {
+pub(crate) fn manifest(out: &Path) -> serde_json::Value {
     serde_json::from_str(&std::fs::read_to_string(out.join("run.json")).unwrap()).unwrap()
 }
 
 /// Every file below a folder, relative to it, with its bytes.
-fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+pub(crate) fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut found = BTreeMap::new();
     let mut folders = vec![folder.to_path_buf()];
     while let Some(next) = folders.pop() {
@@ -70,7 +70,7 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 }
 
 /// The record of a run without what may differ: the command, times, memory and threads.
-fn lasting(out: &Path) -> serde_json::Value {
+pub(crate) fn lasting(out: &Path) -> serde_json::Value {
     let mut all = manifest(out);
     for key in ["command", "threads", "wall_s", "cpu_s", "phase_s", "peak_rss_mb", "outputs"] {
         assert!(all.as_object_mut().unwrap().remove(key).is_some(), "run.json has no `{key}`");

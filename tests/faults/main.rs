@@ -58,7 +58,7 @@ fn run(folder: &Path, fault: Option<&str>) -> (Output, String) {
     (output, std::fs::read_to_string(folder.join("calls")).unwrap_or_default())
 }
 
-/// The files with final names, without what tells of time and of the way.
+/// The files with final names, without those that hold times and those that a run goes on from.
 fn results(out: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut files = BTreeMap::new();
     let mut folders = vec![out.to_path_buf()];

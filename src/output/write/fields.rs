@@ -20,7 +20,7 @@ use super::super::grid::{FILL, OutputGrid};
 use super::super::tracers::TracerPlan;
 use super::FileHead;
 use super::crs::WritableCrs;
-use super::netcdf_file::{FileDescription, NetcdfFile, close};
+use super::netcdf_file::{FileDescription, NetcdfFile, close, create};
 use super::read_back::ReadBack;
 use super::tracers::field;
 use crate::error::Error;
@@ -157,7 +157,7 @@ fn write_partial(
     let mut file = if written > 0 {
         NetcdfFile { file: netcdf::append(path).map_err(failed)?, crs: &crs }
     } else {
-        let file = netcdf::create_with(path, Options::_64BIT_OFFSET).map_err(failed)?;
+        let file = create(path, Options::_64BIT_OFFSET).map_err(failed)?;
         let mut file = NetcdfFile::describe(file, path, &crs, description)?;
         define_fields(&mut file, (description, tracers), false).map_err(failed)?;
         file.file.enddef().map_err(failed)?;
@@ -236,7 +236,7 @@ fn convert(
     let failed = |cause: netcdf::Error| output_error(path, cause);
     let crs = WritableCrs::new(&description.crs, path)?;
     let source = netcdf::open(partial).map_err(|cause| output_error(partial, cause))?;
-    let file = netcdf::create_with(path, Options::NETCDF4).map_err(failed)?;
+    let file = create(path, Options::NETCDF4).map_err(failed)?;
     let mut file = NetcdfFile::describe(file, path, &crs, description)?;
     let mut copy = || -> netcdf::Result<()> {
         let fields = all_fields(tracers);

@@ -5,7 +5,7 @@
 
 use std::path::Path;
 
-use netcdf::{AttributeValue, FileMut, VariableMut};
+use netcdf::{AttributeValue, FileMut, Options, VariableMut};
 
 use super::super::OutputCrs;
 use super::super::folder::output_error;
@@ -47,7 +47,6 @@ impl<'a> NetcdfFile<'a> {
         crs: &'a Option<WritableCrs>,
         description: &FileDescription,
     ) -> Result<Self, Error> {
-        keep_quiet();
         let mut netcdf = NetcdfFile { file, crs };
         netcdf.define(description).map_err(|cause| output_error(path, cause))?;
         Ok(netcdf)
@@ -132,6 +131,12 @@ impl<'a> NetcdfFile<'a> {
         self.file.add_variable::<f64>("time", dimensions)?;
         put_time_attributes(&mut self.file, provenance)
     }
+}
+
+/// Creates a file; what goes wrong with it is returned, and not written to stderr.
+pub(super) fn create(path: &Path, options: Options) -> netcdf::Result<FileMut> {
+    keep_quiet();
+    netcdf::create_with(path, options)
 }
 
 /// Closes a file once all of it is written. Where that fails the library crashes at closing it, so that it stays open; the program leaves without

@@ -5,8 +5,8 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::checksum;
 use crate::error::{Problem, ProblemKind};
-use crate::prepare::sha256;
 use crate::scenario::Scenario;
 use crate::scenario::tree::{Node, Value, parse};
 
@@ -32,7 +32,7 @@ pub fn other_structures(scenario: &Scenario, fields: &Path) -> Option<Problem> {
         let same = here.swap_remove(same);
         let name = built.file.file_name();
         let earlier = checksums.iter().find(|(path, _)| path.file_name() == name).map(|(_, checksum)| checksum);
-        if earlier.zip(sha256(&same.file)).is_some_and(|(earlier, now)| *earlier != now) {
+        if earlier.zip(checksum::of_file(&same.file).ok()).is_some_and(|(earlier, (_, now))| *earlier != now) {
             changed.push(built.words);
         }
     }

@@ -20,8 +20,8 @@ section! {
         /// Number of riverbed particles, moving particles and strips of channels together; 50 million when absent. Codes:
         /// particle-limit.
         particles: Option<Quantity<Count>>,
-        /// Time on the clock between two checkpoints, from which `floodsim resume` goes on with a run that was cut off; `off` for none; 10 min when
-        /// absent. From 10 min on they take 2 % of the run at most: where one takes long, the next comes later.
+        /// Wall-clock time between two checkpoints, from which `floodsim resume` goes on; `off` for none; 10 min when absent. From 10 min on they take
+        /// 2 % of the run at most: where one takes long, the next comes later.
         checkpoint: Option<CheckpointInterval>,
     }
 }
