@@ -113,6 +113,9 @@ pub struct ResumeArguments {
     /// Number of threads [default: all]; the results are the same for any number
     #[arg(long, value_name = "N")]
     pub threads: Option<NonZero<usize>>,
+    /// Set a limit, such as --set limits.memory='8 GB'; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub overrides: Vec<String>,
     /// No progress
     #[arg(long)]
     pub quiet: bool,

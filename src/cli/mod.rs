@@ -107,6 +107,7 @@ fn resume_run(resume: &ResumeArguments, stages: &Stages) -> Result<(), Error> {
     let summary = (stages.resume)(&ResumeOptions {
         folder: resume.folder.clone(),
         threads: resume.threads.map(std::num::NonZero::get),
+        overrides: resume.overrides.clone(),
         quiet: resume.quiet,
         is_for_outputs: false,
     })?;
@@ -128,7 +129,13 @@ fn verify_folder(folder: &std::path::Path) -> Result<(), Error> {
 fn report_folder(folder: &std::path::Path, stages: &Stages) -> Result<(), Error> {
     if crate::output::is_cut_off(folder) {
         let folder = folder.to_path_buf();
-        (stages.resume)(&ResumeOptions { folder, threads: None, quiet: true, is_for_outputs: true })?;
+        (stages.resume)(&ResumeOptions {
+            folder,
+            threads: None,
+            overrides: Vec::new(),
+            quiet: true,
+            is_for_outputs: true,
+        })?;
     }
     let report = crate::report::report(folder)?;
     if let Some(doubt) = report.doubt {

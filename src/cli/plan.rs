@@ -54,6 +54,7 @@ fn as_json(file: &str, plan: &Plan) -> Value {
         "steps": range(&plan.steps),
         "run_time_s": range(&plan.run_time),
         "disk_mb": range(&plan.disk_mb),
+        "disk_on_the_way_mb": range(&plan.disk_on_the_way_mb),
         "resolution_m": range(&plan.resolution),
         "motion": {"chosen": plan.motion.name(), "advised": plan.advice.motion.name(), "why": plan.advice.why},
         "measured": {
@@ -63,6 +64,7 @@ fn as_json(file: &str, plan: &Plan) -> Value {
             "wall_s": measured.seconds,
             "particle_evaluations": measured.evaluations,
             "whole_run": measured.is_whole,
+            "look_m": plan.look,
         },
         "threads": plan.threads,
         "problems": findings(&plan.warnings),
@@ -120,8 +122,11 @@ fn as_text(file: &str, plan: &Plan) -> String {
         if low == high { low } else { format!("{low} to {high}") }
     };
     let rate = measured.evaluations as f64 / measured.seconds.max(f64::MIN_POSITIVE) / 1e6;
-    let basis =
-        if measured.is_whole { "the whole run was measured" } else { "between no growth and all below the levels" };
+    let basis = match plan.look {
+        _ if measured.is_whole => "the whole run was measured".to_owned(),
+        Some(spacing) => format!("by a run on cells of {} m", readable(spacing)),
+        None => "between no growth and all below the levels".to_owned(),
+    };
     let channels =
         if plan.channel_particles > 0 { format!(", {} in channels", plan.channel_particles) } else { String::new() };
     let Advice { motion: advised, why } = &plan.advice;
@@ -134,7 +139,7 @@ fn as_text(file: &str, plan: &Plan) -> String {
          memory       {} MiB\n\
          steps        {}\n\
          run time     {} on {} threads ({basis})\n\
-         disk         {} MB\n\
+         disk         {} MB, up to {} MB on the way\n\
          resolution   {} m in the flooded area\n\
          {}{}{}\
          motion       would take {}, {agrees}: {why}\n\
@@ -148,6 +153,7 @@ fn as_text(file: &str, plan: &Plan) -> String {
         range(&plan.run_time, duration),
         plan.threads,
         range(&plan.disk_mb, |size| format!("{size:.1}")),
+        format_args!("{:.1}", plan.disk_on_the_way_mb.end),
         range(&plan.resolution, |length| format!("{length:.3}")),
         plan.part.as_ref().map(|part| format!("terrain      {part}\n")).unwrap_or_default(),
         choice(plan.choice.as_ref()),

@@ -76,10 +76,18 @@ pub fn memory_mib() -> f64 {
 
 /// Greatest resident memory so far (MiB), where the system tells it in `/proc`.
 fn peak_memory_mib() -> Option<f64> {
+    Some(in_kib("VmHWM:")? / 1024.0)
+}
+
+/// Resident memory now (bytes), where the system tells it.
+pub(super) fn resident_bytes() -> Option<f64> {
+    Some(in_kib("VmRSS:")? * 1024.0)
+}
+
+fn in_kib(name: &str) -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
-    let kib: f64 = line.trim().trim_end_matches("kB").trim().parse().ok()?;
-    Some(kib / 1024.0)
+    let line = status.lines().find_map(|line| line.strip_prefix(name))?;
+    line.trim().trim_end_matches("kB").trim().parse().ok()
 }
 
 #[cfg(test)]

@@ -37,14 +37,21 @@ impl Look {
 
     /// A run on cells of an edge (m); none where the scene cannot be put on them.
     fn at(scenario: &Scenario, spacing: f64) -> Option<Look> {
-        let mut scenario = scenario.with_lengths(spacing, spacing);
-        scenario.ground.follows_banks = false;
+        let scenario = on_cells(scenario, spacing);
         let Runnable { setup, .. } = prepare(&scenario).into_runnable().ok()?;
         let mut scout = Scout::new(&scenario, &setup.bed);
         let before = processor_seconds();
         let depths = greatest(&scenario, &setup, &mut scout).depth;
         Some(Look { setup, scout, cpu: processor_seconds() - before, depths })
     }
+}
+
+/// A scenario on coarse cells of an edge (m), without what is only looked at and may not fit them.
+pub(super) fn on_cells(scenario: &Scenario, spacing: f64) -> Scenario {
+    let mut scenario = scenario.with_lengths(spacing, spacing);
+    scenario.ground.follows_banks = false;
+    (scenario.outputs.sections, scenario.outputs.gauges) = (None, None);
+    scenario
 }
 
 /// Both runs, and what they differ by.

@@ -9,9 +9,12 @@ mod checkpoints;
 pub(crate) mod clock;
 pub(crate) mod cores;
 mod discharges;
+mod disk;
 mod downstream;
+mod leave;
 mod levels;
 mod looks;
+mod memory;
 mod one_run;
 mod origin;
 mod outputs;
@@ -21,6 +24,7 @@ mod progress;
 mod recorders;
 mod records;
 mod resume;
+mod room;
 mod scout;
 mod second_run;
 mod seeding;
@@ -31,11 +35,11 @@ mod summary;
 mod unseen_flow;
 mod verdict;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::error::{Error, NumericalFailure, Problem, ProblemKind, say, sort_problems};
 use crate::output::{ChannelGaugeResult, Recording, RunFolder, RunManifest, SectionResult};
-use crate::prepare::{Runnable, Scene, Setup, in_folder, prepare};
+use crate::prepare::{Prepared, Runnable, Scene, Setup, in_folder, prepare};
 use crate::scenario::methods::Motion;
 use crate::scenario::{Part, Scenario};
 use crate::seeding::SeededVolume;
@@ -43,12 +47,16 @@ use crate::solver::{FlowSolver, Ledger};
 use budget::Chosen;
 use checkpoints::{Before, Checkpoints, State};
 use clock::Clock;
+use disk::{Cells, disk};
+pub use leave::out_of_memory;
+use memory::MemoryWatch;
 use origin::Origin;
 use part::Sides;
 pub use plan::{Advice, Measured, Plan, PlanOptions, plan};
 use records::{first_manifest, still_water_records};
 use resume::Resumed;
 pub use resume::{ResumeOptions, resume};
+use room::Room;
 use second_run::SecondRun;
 use seeding::seeding_warnings;
 use signals::Signals;
@@ -57,7 +65,7 @@ use stages::recorder_plan;
 pub use summary::RunSummary;
 
 /// What the planner asks of a run beyond the scenario.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct RunOptions {
     /// Run folder; that of the scenario when absent.
     pub out: Option<PathBuf>,
@@ -82,11 +90,30 @@ pub fn check(scenario: &Scenario) -> Vec<Problem> {
         Ok(scenario) => scenario,
         Err(problems) => return problems,
     };
-    let prepared = prepare(&budget::provisional(&scenario));
-    let mut problems = in_folder(&prepared.inputs, &scenario.outputs.folder.value);
+    // Where memory can't be watched, a check goes on without.
+    let _watch = MemoryWatch::begin(scenario.limits.memory);
+    let scenario = budget::provisional(&scenario);
+    let prepared = prepare(&scenario);
+    let folder = &scenario.outputs.folder.value;
+    let mut problems = in_folder(&prepared.inputs, folder);
+    problems.extend(of_folder(&scenario, &prepared, folder));
     problems.extend(prepared.problems);
     sort_problems(&mut problems);
     problems
+}
+
+/// What stands in the way of results in a folder, whatever is in it now: a run that replaces an earlier one is asked for when it begins.
+fn of_folder(scenario: &Scenario, prepared: &Prepared, folder: &Path) -> Vec<Problem> {
+    let options = RunOptions { overwrite: true, ..RunOptions::default() };
+    let cannot_be = RunFolder::inspect(folder, true).map(|problem| as_written(problem, scenario, &options));
+    cannot_be.into_iter().chain(room_for(scenario, prepared, folder)).collect()
+}
+
+/// What stands in the way of a run that takes more of the disk than there is, with the water that it begins with alone.
+fn room_for(scenario: &Scenario, prepared: &Prepared, folder: &Path) -> Option<Problem> {
+    let setup = prepared.setup.as_ref()?;
+    let wet = setup.scene.needs.wet_cells as f64;
+    room::problem(scenario, folder, &disk(scenario, &setup.scene, Cells::of(scenario, setup), (wet..wet, false)))
 }
 
 /// Runs a scenario and writes its run folder.
@@ -116,6 +143,7 @@ pub(crate) fn thread_pool(threads: Option<usize>) -> Result<rayon::ThreadPool, E
 /// Runs a scenario, from its start or from where it was cut off.
 fn run_on_threads(scenario: &Scenario, options: &RunOptions, resumed: Option<Resumed>) -> Result<RunSummary, Error> {
     let mut clock = Clock::start();
+    let _watch = MemoryWatch::begin(scenario.limits.memory)?;
     let mut chosen = match &resumed {
         Some(Resumed { origin, state: Some(state), .. }) => Chosen {
             scenario: state.decided.apply(scenario),
@@ -192,7 +220,7 @@ fn run_once(chosen: &Chosen, options: &RunOptions, session: &mut Session, mut cl
             Resumed::at_start(folder, (origin, scenario.limits.checkpoint.is_some()))?
         }
     };
-    session.signals.write_to(folder.path());
+    leave::writes_to(folder.path());
     let second = match state.as_mut().and_then(|state| state.second.take()) {
         Some(second) => Some(second),
         None => error_estimate(scenario, &mut warnings),
@@ -206,13 +234,16 @@ fn run_once(chosen: &Chosen, options: &RunOptions, session: &mut Session, mut cl
     session.report(&warnings);
     let mut manifest = first_manifest(scenario, &origin, &warnings, (&setup, of_levels));
     let sides = Sides::of(scenario, &setup.bed);
+    let on_disk = disk(scenario, &setup.scene, Cells::of(scenario, &setup), (0.0..0.0, false));
     let Setup { bed, still_water, pixels, scene, .. } = setup;
     let seeded = still_water.into_volumes();
     manifest.resolution = choice.clone();
     manifest.terrain_part = part::record(scenario);
     manifest.still_water = still_water_records(&scene.waters, &seeded);
     let plan = recorder_plan(scenario, &scene, bed, pixels);
+    let room = Room::new(scenario, folder.path(), &on_disk);
     let run = Run {
+        room,
         origin,
         checkpoints: Checkpoints::new(scenario.limits.checkpoint),
         before,
@@ -241,6 +272,9 @@ fn runnable(scenario: &Scenario, options: &RunOptions, resumed: Option<&Resumed>
         None => RunFolder::inspect(&out, options.overwrite).map(|p| as_written(p, scenario, options)),
     });
     prepared.problems.extend(in_folder(&prepared.inputs, &out));
+    let has_room =
+        room_for(scenario, &prepared, &out).map(|problem| problem.with_place(scenario.outputs.folder.place.clone()));
+    prepared.problems.extend(has_room);
     sort_problems(&mut prepared.problems);
     prepared.into_runnable()
 }
@@ -307,6 +341,7 @@ struct Run<'a> {
     second: Option<SecondRun>,
     sides: Option<Sides>,
     signals: &'a Signals,
+    room: Room,
     origin: Origin,
     checkpoints: Checkpoints,
     before: Before,

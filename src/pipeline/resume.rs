@@ -18,6 +18,8 @@ pub struct ResumeOptions {
     pub folder: PathBuf,
     /// Number of threads; all of the machine when absent.
     pub threads: Option<usize>,
+    /// Limits that are others from now on, as `key=value`.
+    pub overrides: Vec<String>,
     /// Whether progress stays silent.
     pub quiet: bool,
     /// Whether no step is taken: what was computed is written, and that is all.
@@ -49,6 +51,11 @@ impl Resumed {
 /// Those of a run; `no-checkpoint`, `checkpoint-of-another-program` and `inputs-changed` where it can't go on.
 pub fn resume(options: &ResumeOptions) -> Result<RunSummary, Error> {
     let refused = |problem: Problem| Error::Problems(vec![problem]);
+    if let Some(other) = options.overrides.iter().find(|key| !key.starts_with("limits.")) {
+        return Err(Error::Usage(format!(
+            "--set {other}: a run goes on as it began; limits alone may be set, such as limits.memory='8 GB'"
+        )));
+    }
     let folder = std::path::absolute(&options.folder).unwrap_or_else(|_| options.folder.clone());
     if !folder.is_dir() {
         let message = format!("there is no folder {}", options.folder.display());
@@ -64,7 +71,8 @@ pub fn resume(options: &ResumeOptions) -> Result<RunSummary, Error> {
         let message = format!("the folder {} in which the run was started", origin.working_folder.display());
         refused(Problem::error(ProblemKind::Input, "inputs-changed", "", message).with_cause(cause.to_string()))
     })?;
-    let loaded = scenario::resolve(&origin.text, &origin.scenario, &origin.overrides)?;
+    let overrides = [&origin.overrides[..], &options.overrides[..]].concat();
+    let loaded = scenario::resolve(&origin.text, &origin.scenario, &overrides)?;
     let run_options = RunOptions {
         out: Some(folder),
         threads: options.threads,
@@ -142,7 +150,13 @@ mod tests {
         drop(folder);
         let found = Checkpoint::<Origin>::find(place.path()).unwrap();
         assert_eq!(found.run.warnings, origin.warnings);
-        let options = ResumeOptions { folder: place.path().into(), threads: None, quiet: true, is_for_outputs: false };
+        let options = ResumeOptions {
+            folder: place.path().into(),
+            threads: None,
+            overrides: Vec::new(),
+            quiet: true,
+            is_for_outputs: false,
+        };
         let Err(Error::Problems(problems)) = resume(&options) else { panic!("the run goes on") };
         assert_eq!(problems[0].code, "checkpoint-of-another-program");
         assert!(problems[0].message.contains("0.0.1 (a commit)"), "{}", problems[0]);

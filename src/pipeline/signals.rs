@@ -3,16 +3,15 @@
 //! At the first one the run writes a checkpoint, then its results, and ends. At a second one, or where that takes too long, the program leaves at
 //! once, whatever it is at: what has its final name is whole, and `floodsim resume` goes on.
 
-use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::{Handle, Signals as Arriving};
 
-use crate::error::{Error, say};
-use crate::output::mark_ended;
+use super::leave::leave;
+use crate::error::Error;
 
 /// How long a run has to end after a signal; batch systems kill after ten seconds and more.
 const GRACE: Duration = Duration::from_secs(8);
@@ -20,7 +19,6 @@ const GRACE: Duration = Duration::from_secs(8);
 /// The signals that came.
 pub(super) struct Signals {
     received: Arc<AtomicUsize>,
-    folder: Arc<Mutex<Option<PathBuf>>>,
     handle: Handle,
 }
 
@@ -38,17 +36,16 @@ impl Signals {
         // A file as large as the system lets it be is one that cannot be written, and no reason to be killed.
         signal_hook::flag::register(SIGXFSZ, Arc::default()).map_err(failed)?;
         let mut arriving = Arriving::new([SIGINT, SIGTERM].into_iter().chain(hang_up)).map_err(failed)?;
-        let signals = Signals { received: Arc::default(), folder: Arc::default(), handle: arriving.handle() };
-        let (received, folder) = (Arc::clone(&signals.received), Arc::clone(&signals.folder));
+        let signals = Signals { received: Arc::default(), handle: arriving.handle() };
+        let received = Arc::clone(&signals.received);
         let watch = move || {
             for signal in arriving.forever() {
                 if received.swap(signal as usize, Ordering::Relaxed) != 0 {
-                    leave(signal, &folder);
+                    leave_at(signal);
                 }
-                let folder = Arc::clone(&folder);
                 std::thread::spawn(move || {
                     std::thread::sleep(GRACE);
-                    leave(signal, &folder);
+                    leave_at(signal);
                 });
             }
         };
@@ -60,22 +57,11 @@ impl Signals {
     pub fn received(&self) -> usize {
         self.received.load(Ordering::Relaxed)
     }
-
-    /// The folder whose `run.json` says how the run ended.
-    pub fn write_to(&self, folder: &Path) {
-        *self.folder.lock().unwrap_or_else(PoisonError::into_inner) = Some(folder.to_path_buf());
-    }
 }
 
 /// Ends the program at once.
-fn leave(signal: i32, folder: &Mutex<Option<PathBuf>>) -> ! {
-    let code = 128 + signal;
-    if let Some(folder) = &*folder.lock().unwrap_or_else(PoisonError::into_inner) {
-        mark_ended(folder, "stopped", code);
-        say(format!("error: stopped by signal {signal} before all results were written; `floodsim resume` goes on"));
-    }
-    // No handler runs at this exit: those of libraries would meet files that are being written.
-    signal_hook::low_level::exit(code)
+fn leave_at(signal: i32) -> ! {
+    leave("stopped", 128 + signal, format!("error: stopped by signal {signal} before all results were written"))
 }
 
 /// Whether SIGHUP is not ignored, as `nohup` has it: that run is to outlive its terminal, and to watch the signal would end it. Where

@@ -42,6 +42,10 @@ impl Run<'_> {
                 early = Some(Early::Unwritten(error));
                 break;
             }
+            if let Some(error) = self.room.shortage() {
+                early = Some(Early::Unwritten(error));
+                break;
+            }
             let received = self.signals.received();
             if received == 0
                 && let Some(wider) = sides.as_ref().and_then(|sides| sides.beyond(solver))

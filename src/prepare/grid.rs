@@ -21,6 +21,10 @@ pub const BYTES_PER_CELL: f64 = 400.0;
 pub const BYTES_PER_MOVING_CELL: f64 = 900.0;
 /// Memory (bytes) that a particle of the variational formulation takes: state, rates, neighbours and their sorted copy.
 pub const BYTES_PER_FLUID_PARTICLE: f64 = 300.0;
+/// Memory (bytes) that the program takes with its libraries and the smallest scene.
+pub const BYTES_OF_PROGRAM: f64 = 85e6;
+/// Memory (bytes) that a sample of a gauge takes, at most: its list is copied as it grows.
+pub const BYTES_PER_SAMPLE: f64 = 112.0;
 /// A terrain of fewer cells than this on a side has no flow in it.
 const LEAST_CELLS: f64 = 3.0;
 /// Share of a cell by which sums of map coordinates may miss a whole number of cells.
@@ -60,18 +64,15 @@ pub(super) fn lattice(
             .with_remedy(format!("choose at most a hundredth of its width, {fitting:.3} m")));
     }
     let cells = columns * rows;
-    let memory = cells * BYTES_PER_CELL;
+    let memory = BYTES_OF_PROGRAM + cells * BYTES_PER_CELL;
     if !cells.is_finite() || cells >= f64::from(u32::MAX) || memory > limits.memory {
         let message = format!(
             "{columns:.0} by {rows:.0} cells of {spacing} m need about {} of memory; the limit is {}",
             in_bytes(memory),
             in_bytes(limits.memory)
         );
-        return Err(Problem::error(ProblemKind::Limit, "memory-limit", "", message).with_remedy(coarser(
-            spacing,
-            memory / limits.memory,
-            "limits.memory",
-        )));
+        return Err(Problem::error(ProblemKind::Limit, "memory-limit", "", message)
+            .with_remedy(for_memory(memory, spacing, limits)));
     }
     let origin = Vec2::new(anchor.x + west * spacing, anchor.y + south * spacing);
     Ok(Lattice::new(origin, columns as usize, rows as usize, spacing))
@@ -108,17 +109,20 @@ pub(super) fn check_particles([bed, fluid, in_channels]: [usize; 3], spacing: f6
 /// The problem of a run that needs more memory (bytes) than its limit.
 pub(super) fn check_memory(memory: f64, spacing: f64, limits: &Limits) -> Option<Problem> {
     (memory > limits.memory).then(|| {
-        let message = format!(
-            "the particles need about {} of memory; the limit is {}",
-            in_bytes(memory),
-            in_bytes(limits.memory)
-        );
-        Problem::error(ProblemKind::Limit, "memory-limit", "", message).with_remedy(coarser(
-            spacing,
-            memory / limits.memory,
-            "limits.memory",
-        ))
+        let message =
+            format!("the run needs about {} of memory; the limit is {}", in_bytes(memory), in_bytes(limits.memory));
+        Problem::error(ProblemKind::Limit, "memory-limit", "", message).with_remedy(for_memory(memory, spacing, limits))
     })
+}
+
+/// The remedy of a run that needs more memory (bytes) than its limit.
+fn for_memory(memory: f64, spacing: f64, limits: &Limits) -> String {
+    let for_cells = limits.memory - BYTES_OF_PROGRAM;
+    if for_cells > 0.0 {
+        coarser(spacing, (memory - BYTES_OF_PROGRAM) / for_cells, "limits.memory")
+    } else {
+        format!("raise `limits.memory`: the program alone takes {}", in_bytes(BYTES_OF_PROGRAM))
+    }
 }
 
 /// How far riverbed particles lie from the survey points that they come from; none where no survey is used.
@@ -273,7 +277,7 @@ mod tests {
         Terrain::new(vec![Layer::Raster(raster)]).unwrap()
     }
 
-    const LIMITS: Limits = Limits { memory: 1e9, particles: 1e6, checkpoint: None };
+    const LIMITS: Limits = Limits { memory: 1e9, disk: None, particles: 1e6, checkpoint: None };
 
     #[test]
     fn cells_coincide_with_raster_cells_when_spacings_divide() {

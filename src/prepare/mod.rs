@@ -35,7 +35,7 @@ use crate::terrain::Terrain;
 use findings::Findings;
 pub use following::Following;
 pub use grain::{Grain, grain, outline};
-pub use grid::{BYTES_PER_CELL, BYTES_PER_FLUID_PARTICLE};
+pub use grid::{BYTES_OF_PROGRAM, BYTES_PER_CELL, BYTES_PER_FLUID_PARTICLE, BYTES_PER_SAMPLE};
 pub use inputs::{InputFile, in_folder};
 pub use levels::{BLOCK, Because, Wanted, places_of_water, scatter};
 pub use water::earlier_fields::rectangle as rectangle_of_fields;

@@ -1,7 +1,7 @@
 //! Particles and memory of a run, before anything large is allocated for it.
 
 use super::findings::Findings;
-use super::grid::BYTES_PER_MOVING_CELL;
+use super::grid::{BYTES_OF_PROGRAM, BYTES_PER_MOVING_CELL, BYTES_PER_SAMPLE};
 use super::{BYTES_PER_CELL, BYTES_PER_FLUID_PARTICLE, Needs, grid, ground};
 use crate::bed::BedParticles;
 use crate::scenario::Scenario;
@@ -13,7 +13,7 @@ use crate::solver::Channel;
 pub(super) fn needs(
     scenario: &Scenario,
     (bed, still_water): (&BedParticles, &StillWater),
-    (channels, pixels): (&[Channel], usize),
+    (channels, pixels, gauges): (&[Channel], usize, usize),
     findings: &mut Findings,
 ) -> Needs {
     let wet_cells = still_water.depth.iter().filter(|&&depth| depth > 0.0).count();
@@ -26,7 +26,10 @@ pub(super) fn needs(
     // The rows of all levels are as long as those of the finest one.
     let stack = if scenario.levels.is_some() { 2 } else { 1 };
     let moves = scenario.numerics.core() == Core::Lagrangian;
-    let memory = (stack * bed.lattice.len() + channel_strips) as f64 * BYTES_PER_CELL
+    let samples = gauges as f64 * (scenario.end_time / scenario.outputs.gauges_every).ceil();
+    let memory = BYTES_OF_PROGRAM
+        + samples * BYTES_PER_SAMPLE
+        + (stack * bed.lattice.len() + channel_strips) as f64 * BYTES_PER_CELL
         + if moves { bed_particles as f64 * BYTES_PER_MOVING_CELL } else { 0.0 }
         + fluid as f64 * BYTES_PER_FLUID_PARTICLE
         + pixels as f64 * ground::BYTES_PER_PIXEL;

@@ -131,7 +131,7 @@ pub(super) fn place_on(
     let made = (terrain, &ground, following.as_ref());
     let (pixels, ground_source) = maps_of_ground(scenario, made, &at_start, &files.gauges, findings);
     let ridges = ground.ridges(scenario, findings);
-    let counted = (&forcing.channels[..], ground_source.of_pixels.len());
+    let counted = (&forcing.channels[..], ground_source.of_pixels.len(), files.gauges.len());
     let scene = Scene {
         needs: needs(scenario, (ground.bed(), &at_start.still_water), counted, findings),
         crs: files.crs,
@@ -337,6 +337,8 @@ pub(super) fn channels_alone(scenario: &Scenario, files: Files<'_>, findings: &m
     let mut forcing = Forcing::default();
     let channels;
     (forcing.channels, channels) = channels::on_lattice(files.reaches, scenario, &bed, findings);
+    let gauges = channels.iter().map(|channel| channel.gauges.len()).sum();
+    let needs = needs(scenario, (&bed, &still_water), (&forcing.channels, 0, gauges), findings);
     let scene = Scene {
         lattice: bed.lattice.clone(),
         crs: files.crs,
@@ -354,7 +356,7 @@ pub(super) fn channels_alone(scenario: &Scenario, files: Files<'_>, findings: &m
         crossed: Vec::new(),
         channels,
         gauges: files.gauges,
-        needs: needs(scenario, (&bed, &still_water), (&forcing.channels, 0), findings),
+        needs,
         forcing,
     };
     Setup {

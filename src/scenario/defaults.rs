@@ -1,4 +1,4 @@
-//! The defaults of a scenario that are more than a name: constants, intervals, times of isochrones, the machine's memory.
+//! The defaults of a scenario that are more than a name: constants, intervals, times of isochrones.
 
 /// Depths (m) for which arrival is mapped unless the scenario says otherwise: first water, ankle, knee.
 pub const THRESHOLDS: [f64; 3] = [0.01, 0.10, 0.30];
@@ -40,20 +40,6 @@ pub fn default_isochrones(end_time: f64) -> Vec<f64> {
     let early = EARLY_ISOCHRONES.iter().map(|minutes| minutes * 60.0);
     let hourly = (3..).map(|hours| f64::from(hours) * 3600.0);
     early.chain(hourly).take_while(|time| *time <= end_time).collect()
-}
-
-/// Memory of the machine or of the container (bytes), whichever is less; 8 GB where the system does not say.
-pub fn machine_memory() -> f64 {
-    let machine = std::fs::read_to_string("/proc/meminfo").ok().and_then(|text| {
-        let line = text.lines().find(|line| line.starts_with("MemTotal:"))?;
-        line.split_whitespace().nth(1)?.parse::<f64>().ok().map(|kibibytes| kibibytes * 1024.0)
-    });
-    let container = std::fs::read_to_string("/sys/fs/cgroup/memory.max").ok().and_then(|text| text.trim().parse().ok());
-    match (machine, container) {
-        (Some(machine), Some(container)) => machine.min(container),
-        (Some(one), None) | (None, Some(one)) => one,
-        (None, None) => 8e9,
-    }
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ mod defaults;
 #[cfg(test)]
 mod documented;
 pub mod fields;
+mod machine;
 mod model;
 mod preset;
 pub mod read;

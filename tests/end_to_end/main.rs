@@ -16,6 +16,7 @@ mod error_estimate;
 mod hot_start;
 mod levels;
 mod levels_planned;
+mod limits;
 mod lines;
 mod maps_on_terrain;
 mod mistaken_files;

@@ -101,16 +101,3 @@ fn limits_and_faults_are_refused_as_by_check() {
         assert_eq!((serde_json::from_str::<Value>(&checked.stdout).unwrap(), checked.code), (refused, expected));
     }
 }
-
-#[test]
-fn memory_is_measured_against_its_limit_and_not_only_counted() {
-    // 80 000 cells of 400 bytes fit into 40 MB; the program with its libraries does not.
-    let settings = [&COARSE[..], &["--set", "limits.memory=40 MB"]].concat();
-    let folder = TempDir::new().unwrap();
-    let file = shipped("demo");
-    let answer = floodsim(folder.path(), &[&["plan", &file], &settings[..]].concat());
-    assert_eq!(answer.code, 5, "{}", answer.stdout);
-    for part in ["error[memory-limit] resolution", "the run needs", "the limit is 38 MiB", "remedy"] {
-        assert!(answer.stdout.contains(part), "{part}: {}", answer.stdout);
-    }
-}

@@ -1,7 +1,10 @@
 //! What a run will need, before it: particles, memory, steps, time, disk, the resolution of the flooded area, and the motion.
 //!
 //! Everything that a run opens is opened, and the first steps of the real problem are taken and recorded for a second or two: they
-//! give the cost of an evaluation on this machine, now. From there two bounds are drawn.
+//! give the cost of an evaluation on this machine, now. A run on coarser cells goes to the end ([`look`]): it knows where water comes by
+//! breach, inflow and rain, and how fast. What it says of the run on its own cells is within a factor of [`bounds`].
+//!
+//! Where the scene can't be put on coarser cells, two bounds are drawn from the first steps.
 //!
 //! - Lower bound: the water covers no more than it does at the end of the measurement.
 //! - Upper bound: it spreads from the start on at 2 √(g d), the speed of the front of a dam break (`Ritter1892`), over every cell below
@@ -10,12 +13,11 @@
 //! The length of the steps follows the fastest signal, which starts as √(g d) of the deepest water, may double in the front and falls
 //! as the lake drains. A run that ends within the measurement is reported as measured.
 //!
-//! Left out: rain on the machine by other programs (a plan made on a busy machine says what a run takes on a busy machine), and
-//! waves that run up above their level.
+//! Left out: work on the machine by other programs (a plan made on a busy machine says what a run takes on a busy machine).
 
 mod advice;
 mod bounds;
-mod disk;
+mod look;
 mod measure;
 
 use std::ops::Range;
@@ -24,9 +26,11 @@ use std::time::Instant;
 
 use super::budget::{self, Chosen};
 use super::clock::memory_mib;
+use super::disk::Cells;
+use super::memory::MemoryWatch;
 use super::seeding::seeding_warnings;
 use super::stages::{flow_problem, recorder_of, recorder_plan};
-use super::{cores, levels, part, thread_pool};
+use super::{cores, part, room, thread_pool};
 use crate::error::{Error, Problem, ProblemKind};
 use crate::output::{ChoiceRecord, LevelRecord, OutputGrid, PartRecord, write_level_layer};
 use crate::prepare::{Runnable, Setup, prepare};
@@ -35,15 +39,9 @@ use crate::scenario::methods::Motion;
 use crate::seeding::{StillWater, reach};
 pub use advice::Advice;
 use bounds::draw;
+use look::{look, of_levels};
 pub use measure::Measured;
 use measure::measure;
-
-/// Cells of the output grids.
-#[derive(Clone, Copy)]
-struct Cells {
-    of_frames: usize,
-    of_maps: usize,
-}
 
 /// Bytes of a MiB.
 const MIB: f64 = 1_048_576.0;
@@ -69,6 +67,8 @@ pub struct Plan {
     pub run_time: Range<f64>,
     /// Size of the run folder (MB), without a report.
     pub disk_mb: Range<f64>,
+    /// Its size (MB) when it is largest, with the files that the run needs on its way.
+    pub disk_on_the_way_mb: Range<f64>,
     /// Distance of the particles (m) in the flooded area: where it is as deep as at the start, and where it is thinnest.
     pub resolution: Range<f64>,
     /// How their distance was chosen, where the scenario left it to the program.
@@ -81,6 +81,8 @@ pub struct Plan {
     pub motion: Motion,
     /// The motion that fits this scene better, and why.
     pub advice: Advice,
+    /// Edge (m) of the cells of the run that went before, where one did.
+    pub look: Option<f64>,
     /// What the estimate rests on.
     pub measured: Measured,
     /// Number of threads.
@@ -126,44 +128,48 @@ fn check_layer(layer: &Path) -> Result<(), Error> {
 
 fn plan_on_threads(scenario: &Scenario, layer: Option<&Path>) -> Result<Plan, Error> {
     let start = Instant::now();
+    let _watch = MemoryWatch::begin(scenario.limits.memory)?;
     let Chosen { scenario, record: choice, warnings: of_choice } =
         budget::choose(&part::choose(scenario).map_err(Error::Problems)?)?;
     let scenario = &scenario;
     let Runnable { setup, mut warnings, .. } = prepare(scenario).into_runnable()?;
     let reach = {
-        let (still, levels) = with_flowing_water(&setup, scenario.numerics.gravity);
-        reach(&setup.bed, &still, &levels, &setup.scene.walls)
+        let (still, heads) = with_flowing_water(&setup, scenario.numerics.gravity);
+        reach(&setup.bed, &still, &heads, &setup.scene.walls)
     };
-    let (setup, settled) = levels::settle(scenario, setup);
-    let of_levels = settled.records(scenario, &setup.bed);
+    let (setup, settled) = super::levels::settle(scenario, setup);
+    let levels = settled.records(scenario, &setup.bed);
     if let Some(layer) = layer {
         let (bed, spacing) = (&setup.bed, setup.scene.lattice.spacing);
         let grid = OutputGrid::new(&bed.lattice, spacing, &bed.elevation);
-        write_level_layer(layer, &grid, &setup.scene.crs, &settled.areas(bed), &of_levels)?;
+        write_level_layer(layer, &grid, &setup.scene.crs, &settled.areas(bed), &levels)?;
     }
     warnings.extend(of_choice.into_iter().chain(seeding_warnings(scenario, &setup)));
     let problem = flow_problem(scenario, &setup, setup.bed.clone());
     let seeds = cores::seeds(scenario, &problem, &setup.still_water, &setup.scene.levels());
     let mut solver = cores::build(scenario, problem, seeds, &setup.initial_velocity);
     warnings.extend(super::nothing_moves(scenario, solver.as_ref()));
+    let cells = Cells::of(scenario, &setup);
     let Setup { bed, still_water: still, pixels, scene, .. } = setup;
-    let mut recorder = recorder_of(scenario, recorder_plan(scenario, &scene, bed, pixels));
+    let mut recorder = recorder_of(scenario, recorder_plan(scenario, &scene, bed.clone(), pixels));
     let preparation = start.elapsed().as_secs_f64();
     let measured = Measured { preparation, ..measure(scenario, solver.as_mut(), &mut recorder)? };
-    let cells = Cells { of_frames: recorder.grid().len(), of_maps: recorder.grid_of_maps().len() };
     let memory_now = memory_mib();
-    let plan = Plan {
-        warnings,
-        choice,
-        part: part::record(scenario),
-        levels: of_levels,
-        ..draw(scenario, &scene, (&still, &reach), measured, (cells, memory_now))
+    drop((solver, recorder));
+    let expected = match of_levels(&levels) {
+        _ if measured.is_whole || !scenario.numerics.has_cells() => None,
+        Some(expected) => Some(expected),
+        None => look(scenario, &bed),
     };
+    let (estimate, disk) = draw(scenario, &scene, (&still, &reach), (measured, expected), (cells, memory_now));
+    let folder = &scenario.outputs.folder.value;
+    let (full, may_fill) = (room::problem(scenario, folder, &disk), room::doubt(scenario, folder, &disk));
+    warnings.extend(may_fill.filter(|_| full.is_none()));
+    let plan = Plan { warnings, choice, part: part::record(scenario), levels, ..estimate };
     let limit = scenario.limits.memory / MIB;
-    if plan.memory_mib.start > limit {
-        return Err(Error::Problems(with_memory_problem(plan, scenario, limit)));
-    }
-    Ok(plan)
+    let too_much = (plan.memory_mib.start > limit).then(|| memory_problem(&plan, scenario, limit));
+    let refused: Vec<Problem> = too_much.into_iter().chain(full).collect();
+    if refused.is_empty() { Ok(plan) } else { Err(Error::Problems(refused.into_iter().chain(plan.warnings).collect())) }
 }
 
 /// The bodies of water, and as one more of them the water that belongs to none, with the greatest head z + d + v²/(2 g) of its cells
@@ -186,13 +192,12 @@ fn with_flowing_water(setup: &Setup, gravity: f64) -> (StillWater, Vec<f64>) {
     (still, levels)
 }
 
-/// The problem of a run that needs more memory than its limit, behind the warnings.
-fn with_memory_problem(plan: Plan, scenario: &Scenario, limit: f64) -> Vec<Problem> {
+/// The problem of a run that needs more memory (MiB) than its limit.
+fn memory_problem(plan: &Plan, scenario: &Scenario, limit: f64) -> Problem {
     let resolution = &scenario.resolution;
     let message =
         format!("the run needs {:.0} MiB of memory or more; the limit is {limit:.0} MiB", plan.memory_mib.start);
-    let problem = Problem::error(ProblemKind::Limit, "memory-limit", resolution.key.clone(), message)
+    Problem::error(ProblemKind::Limit, "memory-limit", resolution.key.clone(), message)
         .with_remedy("take a coarser resolution, cut the terrain to the valley, or raise `limits.memory`")
-        .with_place(resolution.place.clone());
-    std::iter::once(problem).chain(plan.warnings).collect()
+        .with_place(resolution.place.clone())
 }

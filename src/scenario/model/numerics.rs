@@ -78,11 +78,13 @@ impl Numerics {
     }
 }
 
-/// Limits that are checked before anything is allocated, and what a run that is cut off loses at most.
+/// Limits that are checked before the run and watched during it, and what a run that is cut off loses at most.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Limits {
     /// Memory (bytes).
     pub memory: f64,
+    /// Size of the run folder (bytes), where that is limited by more than its disk.
+    pub disk: Option<f64>,
     /// Particles, riverbed and fluid together.
     pub particles: f64,
     /// Time between two checkpoints (s of the clock on the wall); none for no checkpoints.

@@ -4,19 +4,24 @@ use std::borrow::Cow;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 
-use crate::scenario::defaults::{CHECKPOINT, MAX_PARTICLES, MEMORY_SHARE, machine_memory};
+use crate::scenario::defaults::{CHECKPOINT, MAX_PARTICLES, MEMORY_SHARE};
 use crate::scenario::fields::{Count, Duration, Memory, Quantity};
+use crate::scenario::machine::machine_memory;
 use crate::scenario::model::Limits;
 use crate::scenario::read::{FromNode, Reader, section};
 use crate::scenario::tree::{Node, Value};
 use crate::scenario::yaml::{Section, quantity};
 
 section! {
-    /// Limits that are checked against an estimate before anything is allocated, beyond which the program ends with exit code 5; how often the state of
-    /// the run is kept.
+    /// Limits that are checked against an estimate before the run and watched during it, beyond which the program ends with exit code 5; how often the
+    /// state of the run is kept.
     LimitsSection, example "{memory: 8 GB}" {
-        /// Memory that the run may take; 80 % of that of the machine or its container when absent. Codes: memory-limit.
+        /// Memory that the run may take; 80 % of that of the machine, its containers or its process when absent, and no more than that. A run that
+        /// reaches it ends. Codes: memory-limit.
         memory: Option<Quantity<Memory>>,
+        /// Space that the run folder may take, with the files that a run needs on its way; the free space of its disk when absent. Codes: disk-limit,
+        /// disk-full.
+        disk: Option<Quantity<Memory>>,
         /// Number of riverbed particles, moving particles and strips of channels together; 50 million when absent. Codes:
         /// particle-limit.
         particles: Option<Quantity<Count>>,
@@ -60,10 +65,12 @@ impl JsonSchema for CheckpointInterval {
 }
 
 pub(super) fn resolved(section: Option<LimitsSection>) -> Limits {
-    let section = section.unwrap_or(LimitsSection { memory: None, particles: None, checkpoint: None });
-    let LimitsSection { memory, particles, checkpoint } = section;
+    let section = section.unwrap_or(LimitsSection { memory: None, disk: None, particles: None, checkpoint: None });
+    let LimitsSection { memory, disk, particles, checkpoint } = section;
+    let machine = machine_memory();
     Limits {
-        memory: memory.map_or_else(|| (MEMORY_SHARE * machine_memory()).floor(), |memory| memory.value()),
+        memory: memory.map_or((MEMORY_SHARE * machine).floor(), |memory| memory.value().min(machine)),
+        disk: disk.map(|disk| disk.value()),
         particles: particles.map_or(MAX_PARTICLES, |particles| particles.value()),
         checkpoint: match checkpoint {
             Some(CheckpointInterval::Off) => None,
@@ -76,6 +83,7 @@ pub(super) fn resolved(section: Option<LimitsSection>) -> Limits {
 pub(super) fn written(limits: &Limits) -> Section {
     Section::default()
         .with("memory", quantity(limits.memory, "B"))
+        .with_some("disk", limits.disk.map(|disk| quantity(disk, "B")))
         .with("particles", limits.particles)
         .with("checkpoint", limits.checkpoint.map_or_else(|| "off".into(), |every| quantity(every, "s")))
 }
