@@ -14,6 +14,7 @@ pub mod laboratory;
 pub mod maps;
 pub mod output;
 pub mod pipeline;
+pub mod plain_file;
 pub mod prepare;
 pub mod problems;
 pub mod report;

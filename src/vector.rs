@@ -5,17 +5,17 @@
 
 use std::path::Path;
 
+use gdal::Dataset;
 use gdal::spatial_ref::{AxisMappingStrategy, SpatialRef};
 use gdal::vector::{
     FieldValue, Geometry, Layer, LayerAccess, OGRwkbGeometryType, geometry_type_flatten, geometry_type_has_z,
 };
-use gdal::{Dataset, DatasetOptions, GdalOpenFlags};
 use geo::orient::{Direction, Orient};
 use geo::{Coord, CoordsIter, LineString, Polygon};
 
 use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::{
-    Crs, CrsProblem, capture, describe, is_metric, readable_file, same_horizontal, transform, vertical_unit,
+    Crs, CrsProblem, capture, describe, is_metric, open, readable_file, same_horizontal, transform, vertical_unit,
 };
 use crate::math::{Rectangle, Vec2};
 
@@ -146,21 +146,20 @@ pub struct VectorFile {
 pub fn open(path: &Path, layer: Option<&str>) -> Result<VectorFile, Problem> {
     readable_file(path)?;
     let name = path.display();
-    let open_with = |open_options| {
-        let open_flags = GdalOpenFlags::GDAL_OF_VECTOR | GdalOpenFlags::GDAL_OF_VERBOSE_ERROR;
-        Dataset::open_ex(path, DatasetOptions { open_flags, open_options, ..DatasetOptions::default() })
-    };
-    let (result, messages) = capture(|| open_with(None));
+    let (result, messages) = capture(|| open::vector(path, None));
     let dataset = result.map_err(|_| {
         let problem = input_error("not-a-vector", format!("{name} is not a vector file that GDAL can read"))
-            .with_remedy("name a GeoJSON, GeoPackage or Shapefile; `ogrinfo FILE` shows whether GDAL reads it");
+            .with_remedy(format!(
+                "name a GeoJSON, GeoPackage, Shapefile or a file of another of the drivers {}; `ogr2ogr` makes one of most others",
+                open::VECTOR.join(", ")
+            ));
         if messages.is_empty() { problem } else { problem.with_cause(messages.join("; ")) }
     })?;
     let (result, messages) = capture(|| read_layer(&dataset, path, layer));
     let mut file = result?;
     if dataset.driver().short_name() == "ESRI Shapefile" && file.features.iter().any(Feature::has_unknown_letters) {
         let (result, _) =
-            capture(|| open_with(Some(&["ENCODING=CP1252"])).map(|dataset| read_layer(&dataset, path, layer)));
+            capture(|| open::vector(path, Some(&["ENCODING=CP1252"])).map(|dataset| read_layer(&dataset, path, layer)));
         if let Ok(read) = result {
             file = VectorFile { presumed_encoding: true, ..read? };
         }

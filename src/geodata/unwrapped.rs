@@ -1,11 +1,13 @@
-//! GDAL functions that the gdal crate does not wrap: warping by `gdalwarp` arguments, the horizontal part of a CRS, and
-//! what a band of a picture is for.
+//! GDAL functions that the gdal crate does not wrap: warping by `gdalwarp` arguments, the horizontal part of a CRS,
+//! what a band of a picture is for, the files of a dataset, and its reader of XML.
 #![expect(
     unsafe_code,
-    reason = "GDALWarp and OSRDemoteTo2D have no safe wrapper in the gdal crate, and that of the colour panics at new ones"
+    reason = "these functions have no safe wrapper in the gdal crate, and that of the colour panics at new ones"
 )]
 
-use std::ffi::{CString, c_char};
+use std::ffi::{CStr, CString, OsStr, c_char};
+use std::os::unix::ffi::OsStrExt;
+use std::path::PathBuf;
 
 use gdal::Dataset;
 use gdal::raster::RasterBand;
@@ -58,4 +60,80 @@ pub fn is_alpha(band: &RasterBand) -> bool {
     // SAFETY: the band is open as long as it is borrowed, and the handle goes no further.
     let colour = unsafe { gdal_sys::GDALGetRasterColorInterpretation(band.c_rasterband()) };
     colour == gdal_sys::GDALColorInterp::GCI_AlphaBand
+}
+
+/// The files that a dataset is read from, as far as its driver knows them.
+pub fn files_of(dataset: &Dataset) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    // SAFETY: the dataset is open as long as it is borrowed. The list is one of strings with a null behind the last, which this function owns and
+    // frees once.
+    unsafe {
+        let list = gdal_sys::GDALGetFileList(dataset.c_dataset());
+        let mut entry = list;
+        while !entry.is_null() && !(*entry).is_null() {
+            files.push(PathBuf::from(OsStr::from_bytes(CStr::from_ptr(*entry).to_bytes())));
+            entry = entry.add(1);
+        }
+        gdal_sys::CSLDestroy(list);
+    }
+    files
+}
+
+/// An element of XML: its name, the text that stands in itself, and its attributes.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Element {
+    /// The name.
+    pub name: String,
+    /// The text.
+    pub text: String,
+    /// Names and values of the attributes.
+    pub attributes: Vec<(String, String)>,
+}
+
+/// All elements of an XML text, those within others too; none where it is no XML.
+pub fn elements(text: &[u8]) -> Vec<Element> {
+    let Ok(text) = CString::new(text) else { return Vec::new() };
+    let mut found = Vec::new();
+    let (_, _) = super::heard(|| {
+        // SAFETY: `text` lives through the call. The tree is owned by this function, which reads it before it frees it once; its pointers are
+        // null or lead to nodes of it.
+        unsafe {
+            let root = gdal_sys::CPLParseXMLString(text.as_ptr());
+            let mut waiting = vec![root];
+            while let Some(node) = waiting.pop() {
+                if node.is_null() {
+                    continue;
+                }
+                waiting.push((*node).psNext);
+                if (*node).eType == gdal_sys::CPLXMLNodeType::CXT_Element {
+                    found.push(element(node));
+                    waiting.push((*node).psChild);
+                }
+            }
+            gdal_sys::CPLDestroyXMLNode(root);
+        }
+    });
+    found
+}
+
+/// # Safety
+/// The node is one of a tree that lives.
+unsafe fn element(node: *const gdal_sys::CPLXMLNode) -> Element {
+    // SAFETY: as the caller promises; every node has a text, and null ends each list of nodes.
+    unsafe {
+        let value = |node: *const gdal_sys::CPLXMLNode| CStr::from_ptr((*node).pszValue).to_string_lossy().into_owned();
+        let mut element = Element { name: value(node), ..Element::default() };
+        let mut child = (*node).psChild;
+        while !child.is_null() {
+            if (*child).eType == gdal_sys::CPLXMLNodeType::CXT_Text {
+                element.text += &value(child);
+            } else if (*child).eType == gdal_sys::CPLXMLNodeType::CXT_Attribute {
+                let text = (*child).psChild;
+                let text = if text.is_null() { String::new() } else { value(text) };
+                element.attributes.push((value(child), text));
+            }
+            child = (*child).psNext;
+        }
+        element
+    }
 }

@@ -5,6 +5,8 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use crate::plain_file;
+
 /// An input file.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
 pub struct InputFile {
@@ -43,7 +45,7 @@ pub(super) const RUNNING: &str = "\"status\": \"running\"";
 /// leaving, or the disk is full. Where it has no room beside the file it writes over it; a failure is left as it is.
 pub fn mark_ended(folder: &Path, status: &str, exit_code: i32) {
     let path = folder.join("run.json");
-    let Ok(text) = std::fs::read_to_string(&path) else { return };
+    let Ok(text) = plain_file::read_to_string(&path) else { return };
     let ended = text.replacen(RUNNING, &format!("\"status\": \"{status}\""), 1);
     let ended = ended.replacen("\"exit_code\": null", &format!("\"exit_code\": {exit_code}"), 1);
     // Another name than that of the file that may be being written.

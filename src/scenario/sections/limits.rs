@@ -23,6 +23,9 @@ section! {
         /// Wall-clock time between two checkpoints, from which `floodsim resume` goes on; `off` for none; 10 min when absent. From 10 min on they take
         /// 2 % of the run at most: where one takes long, the next comes later.
         checkpoint: Option<CheckpointInterval>,
+        /// Whether rasters and vector files may be read from a network or an archive (`/vsicurl/`, `/vsizip/` and the like), and a VRT may name
+        /// these or files outside of its folder and that of the scenario; `false` when absent. Codes: foreign-file, no-checksum.
+        allow_remote: Option<bool>,
     }
 }
 
@@ -60,8 +63,9 @@ impl JsonSchema for CheckpointInterval {
 }
 
 pub(super) fn resolved(section: Option<LimitsSection>) -> Limits {
-    let section = section.unwrap_or(LimitsSection { memory: None, particles: None, checkpoint: None });
-    let LimitsSection { memory, particles, checkpoint } = section;
+    let section =
+        section.unwrap_or(LimitsSection { memory: None, particles: None, checkpoint: None, allow_remote: None });
+    let LimitsSection { memory, particles, checkpoint, allow_remote } = section;
     Limits {
         memory: memory.map_or_else(|| (MEMORY_SHARE * machine_memory()).floor(), |memory| memory.value()),
         particles: particles.map_or(MAX_PARTICLES, |particles| particles.value()),
@@ -70,6 +74,7 @@ pub(super) fn resolved(section: Option<LimitsSection>) -> Limits {
             Some(CheckpointInterval::Every(time)) => Some(time.value()),
             None => Some(CHECKPOINT),
         },
+        allow_remote: allow_remote.unwrap_or(false),
     }
 }
 
@@ -78,4 +83,5 @@ pub(super) fn written(limits: &Limits) -> Section {
         .with("memory", quantity(limits.memory, "B"))
         .with("particles", limits.particles)
         .with("checkpoint", limits.checkpoint.map_or_else(|| "off".into(), |every| quantity(every, "s")))
+        .with("allow_remote", limits.allow_remote)
 }
