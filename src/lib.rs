@@ -7,6 +7,7 @@
 pub mod calendar;
 pub mod checksum;
 pub mod cli;
+pub mod csv;
 pub mod error;
 pub mod gate;
 pub mod geodata;

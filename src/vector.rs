@@ -13,7 +13,7 @@ use gdal::vector::{
 use geo::orient::{Direction, Orient};
 use geo::{Coord, CoordsIter, LineString, Polygon};
 
-use crate::error::{Problem, ProblemKind, input_error};
+use crate::error::{Problem, ProblemKind, input_error, plain_name};
 use crate::geodata::{
     Crs, CrsProblem, capture, describe, is_metric, open, readable_file, same_horizontal, transform, vertical_unit,
 };
@@ -222,7 +222,8 @@ fn read_layer(dataset: &Dataset, path: &Path, layer: Option<&str>) -> Result<Vec
         // A feature of a GeoJSON need not have the attributes of the others; a number that it lacks reads as 0, its text as none.
         let has = |field| source.field_as_string(field).is_ok_and(|text| text.is_some_and(|text| !text.is_empty()));
         let fields = source.fields().enumerate().filter(|(field, _)| has(*field));
-        feature.attributes = fields.filter_map(|(_, (name, value))| Some((name, attribute_value(value?)?))).collect();
+        feature.attributes =
+            fields.filter_map(|(_, (name, value))| Some((plain_name(&name), attribute_value(value?)?))).collect();
         features.push(feature);
     }
     Ok(VectorFile { features, crs, presumed_degrees: false, presumed_encoding: false })
@@ -254,7 +255,7 @@ fn attribute_value(value: FieldValue) -> Option<Value> {
         FieldValue::IntegerValue(number) => Value::Number(f64::from(number)),
         FieldValue::Integer64Value(number) => Value::Number(number as f64),
         FieldValue::RealValue(number) => Value::Number(number),
-        FieldValue::StringValue(text) => Value::Text(text),
+        FieldValue::StringValue(text) => Value::Text(plain_name(&text)),
         FieldValue::DateValue(date) => Value::Text(date.to_string()),
         FieldValue::DateTimeValue(time) => Value::Text(time.to_string()),
         _ => return None,

@@ -25,6 +25,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("constants", &[]),
     ("calendar", &[]),
     ("checksum", &["plain_file"]),
+    ("csv", &[]),
     ("plain_file", &[]),
     ("error", &["math"]),
     ("gate", &[]),
@@ -38,7 +39,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("bed", &["math", "lattice", "physics::kernel", "methods", "constants", "terrain"]),
     ("seeding", &["math", "lattice", "bed", "constants", "particles"]),
     ("gridding", &["math", "lattice", "bed", "boundary", "particles", "physics"]),
-    ("geodata", &["math", "error", "plain_file"]),
+    ("geodata", &["math", "csv", "error", "plain_file"]),
     ("vector", &["math", "error", "geodata"]),
     ("terrain", &["math", "error", "geodata", "plain_file", "vector"]),
     (
@@ -64,6 +65,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
         &[
             "calendar",
             "checksum",
+            "csv",
             "math",
             "lattice",
             "error",
@@ -77,7 +79,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
         ],
     ),
     ("maps", &["math"]),
-    ("report", &["math", "error", "gate", "maps", "plain_file"]),
+    ("report", &["math", "csv", "error", "gate", "maps", "plain_file"]),
     ("scenario", &["calendar", "math", "error", "plain_file"]),
     ("version", &[]),
     (

@@ -4,6 +4,8 @@
 
 use std::path::Path;
 
+use crate::csv::as_meant;
+use crate::error::plain_name;
 use crate::plain_file::{self, MOST_TEXT, read_at_most};
 
 /// A table as it stands in the file.
@@ -124,7 +126,7 @@ impl Separator {
     /// The fields of a line; double quotes keep a separator inside a field, a doubled quote stands for one.
     fn split(self, line: &str) -> Vec<String> {
         let Separator::Character(separator) = self else {
-            return line.split_whitespace().map(str::to_string).collect();
+            return line.split_whitespace().map(plain_name).collect();
         };
         let mut fields = vec![String::new()];
         let mut quoted = false;
@@ -142,7 +144,8 @@ impl Separator {
                 fields[last].push(c);
             }
         }
-        fields.into_iter().map(|field| field.trim().to_string()).collect()
+        // What this program wrote, too, is read as it was meant.
+        fields.into_iter().map(|field| as_meant(&plain_name(field.trim())).to_string()).collect()
     }
 }
 

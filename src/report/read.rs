@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::csv::as_meant;
 use crate::error::{Error, Problem, ProblemKind};
 use crate::maps::{MapGrid, Mark, Series, clock};
 use crate::plain_file;
@@ -278,7 +279,8 @@ fn crs_name(maps: &netcdf::File) -> String {
 /// The lines of a table, each split at commas outside quotes; none where the file is absent.
 fn read_csv(path: &Path) -> Vec<Vec<String>> {
     let text = plain_file::read_to_string(path).unwrap_or_default();
-    text.lines().filter(|line| !line.trim().is_empty()).map(split_csv).collect()
+    let meant = |cells: Vec<String>| cells.iter().map(|cell| as_meant(cell).to_owned()).collect();
+    text.lines().filter(|line| !line.trim().is_empty()).map(|line| meant(split_csv(line))).collect()
 }
 
 fn split_csv(line: &str) -> Vec<String> {
