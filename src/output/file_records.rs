@@ -50,7 +50,10 @@ pub fn mark_ended(folder: &Path, status: &str, exit_code: i32) {
     let ended = ended.replacen("\"exit_code\": null", &format!("\"exit_code\": {exit_code}"), 1);
     // Another name than that of the file that may be being written.
     let temporary = folder.join(".unfinished.ended.json");
-    if std::fs::write(&temporary, &ended).and_then(|()| std::fs::rename(&temporary, &path)).is_err() {
+    // A link there would lead elsewhere.
+    let _ = std::fs::remove_file(&temporary);
+    let written = std::fs::File::create_new(&temporary).and_then(|mut file| file.write_all(ended.as_bytes()));
+    if written.and_then(|()| std::fs::rename(&temporary, &path)).is_err() {
         let _ = std::fs::remove_file(&temporary);
         // No longer than the file is.
         if ended.len() <= text.len() {
