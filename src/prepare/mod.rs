@@ -20,6 +20,7 @@ mod places;
 mod polygons;
 mod rain;
 mod raster;
+mod series_rows;
 mod tables;
 mod tracers;
 mod water;

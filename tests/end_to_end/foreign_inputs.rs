@@ -286,3 +286,63 @@ fn a_run_records_and_verify_compares_all_that_it_was_read_from() {
         place.write(name, &before);
     }
 }
+
+#[test]
+fn names_bring_no_orders_and_no_formulas_into_results() {
+    let place = Place::new();
+    let gauges = "id,x,y,note\n\"=cmd|' /C calc'!A0\",1075,2075,\"=HYPERLINK(1)\"\n@a,1080,2080,\u{1b}]0;a\u{7}\n-5,1085,2085,\"<script>\"\n";
+    place.write("scene/gauges.csv", gauges);
+    place.write("scene/s.yaml", &changed(SCENARIO, &[("A basin in a plateau", "\"<b>\\e[31m\\a\\u202E\"")]));
+    run_scene(&place.scene(), "out", &[]);
+    let report = floodsim(&place.scene(), &["report", "out"]);
+    assert_eq!(report.code, 0, "{}", report.stderr);
+    let tables = place.scene().join("out/tables");
+    let table = std::fs::read_to_string(tables.join("gauges.csv")).unwrap();
+    let ids: Vec<&str> = table.lines().skip(1).filter_map(|line| line.split(',').next()).collect();
+    assert_eq!(ids, ["'=cmd|' /C calc'!A0", "'@a", "-5"], "{table}");
+    let mut waiting = vec![place.scene().join("out")];
+    while let Some(path) = waiting.pop() {
+        if path.is_dir() {
+            waiting.extend(std::fs::read_dir(path).unwrap().map(|entry| entry.unwrap().path()));
+        } else if path.extension().is_some_and(|e| ["csv", "svg", "html", "qml", "yaml"].iter().any(|t| e == *t)) {
+            let text = std::fs::read_to_string(&path).unwrap();
+            let is_order = |c: char| (c.is_control() && c != '\n') || c == '\u{202e}';
+            assert!(!text.contains(is_order), "{}", path.display());
+            assert!(
+                path.extension().is_some_and(|e| e == "yaml") || !text.contains("<b>\u{fffd}"),
+                "{}",
+                path.display()
+            );
+        }
+    }
+    let gpkg = std::fs::read(place.scene().join("out/results.gpkg")).unwrap();
+    assert!(!gpkg.windows(2).any(|pair| pair == b"\x1b]"));
+    // The tables are read as they were meant.
+    let page = std::fs::read_to_string(place.scene().join("out/report/index.html")).unwrap();
+    assert!(page.contains(">=cmd|' /C calc'!A0<") || page.contains("=cmd|") && !page.contains("'=cmd|"), "{page}");
+    std::fs::copy(tables.join("gauges.csv"), place.scene().join("gauges.csv")).unwrap();
+    run_scene(&place.scene(), "again", &[]);
+    assert_eq!(std::fs::read_to_string(place.scene().join("again/tables/gauges.csv")).unwrap(), table);
+}
+
+#[test]
+fn counts_and_sizes_beyond_all_use_are_refused() {
+    let place = Place::new();
+    for (from, to, expected) in [
+        ("every: 1 s", "every: 1e-6 s", "error[too-many-outputs] outputs.every"),
+        ("every: 1 s", "every: 1 s, gauges_every: 1e-6 s", "error[too-many-outputs] outputs.gauges_every"),
+        ("level: 5 m", "level: 1e308 m", "error[range] initial[0].level"),
+        ("resolution: 5 m", "resolution: 1e300 m", "error[range] resolution"),
+        ("end: 2 s", "end: 1e300 s", "error[range] time.end"),
+        ("end: 2 s", "end: 2 s, reference: \"99999-01-01\"", "error[date] time.reference"),
+        ("title:", "numerics: {cfl: 1e-6}\ntitle:", "error[range] numerics.cfl"),
+    ] {
+        place.write("scene/s.yaml", &changed(SCENARIO, &[(from, to)]));
+        place.assert_refused(3, &[expected]);
+    }
+    let rows = (0..1000).map(|i| format!("{i},{},2075\n", 1050.0 + 0.05 * f64::from(i)));
+    place.write("scene/gauges.csv", &("id,x,y\n".to_owned() + &rows.collect::<String>()));
+    place.write("scene/s.yaml", &changed(SCENARIO, &[("every: 1 s", "every: 1 s, gauges_every: 0.1 ms")]));
+    let error = "error[too-many-outputs] outputs.gauges (s.yaml:9:";
+    place.assert_refused(3, &[error, "1000 places", "set `outputs.gauges_every` to"]);
+}
