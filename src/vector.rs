@@ -147,6 +147,9 @@ pub fn open(path: &Path, layer: Option<&str>) -> Result<VectorFile, Problem> {
     readable_file(path)?;
     let name = path.display();
     let (result, messages) = capture(|| open::vector(path, None));
+    if let Some(problem) = open::address_asked_for(path) {
+        return Err(problem);
+    }
     let dataset = result.map_err(|_| {
         let problem = input_error("not-a-vector", format!("{name} is not a vector file that GDAL can read"))
             .with_remedy(format!(

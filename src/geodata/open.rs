@@ -9,7 +9,8 @@ use std::sync::Once;
 use gdal::config::{clear_config_option, set_config_option};
 use gdal::{Dataset, DatasetOptions, DriverManager, GdalOpenFlags};
 
-use super::unwrapped::files_of;
+use super::unwrapped::{files_of, let_fetch, take_asked};
+use crate::error::{Problem, input_error};
 
 /// Drivers that open rasters.
 pub const RASTER: [&str; 21] = [
@@ -72,12 +73,14 @@ fn set_up() {
         all.iter().filter(|driver| !is_known(&driver.short_name())).for_each(DriverManager::deregister_driver);
         let _ = set_config_option("GDAL_VRT_ENABLE_PYTHON", "NO");
         let _ = set_config_option(ONE_NAME.0, ONE_NAME.1);
+        let_fetch(false);
     });
 }
 
 /// Lets GDAL read from the network, or not.
 pub fn allow_remote(is_allowed: bool) {
     set_up();
+    let_fetch(is_allowed);
     let _ = if is_allowed { clear_config_option(ONE_NAME.0) } else { set_config_option(ONE_NAME.0, ONE_NAME.1) };
 }
 
@@ -104,10 +107,23 @@ fn open(
     open_options: Option<&[&str]>,
 ) -> gdal::errors::Result<Dataset> {
     set_up();
+    take_asked();
     let open_flags = kind | GdalOpenFlags::GDAL_OF_VERBOSE_ERROR;
     let options =
         DatasetOptions { open_flags, allowed_drivers: Some(drivers), open_options, ..DatasetOptions::default() };
     Dataset::open_ex(path, options)
+}
+
+/// The problem of a file that asked for an address while it was opened, and did not get it.
+pub fn address_asked_for(path: &Path) -> Option<Problem> {
+    let message = format!("{} asks for {}", path.display(), take_asked()?);
+    let problem =
+        input_error("foreign-file", message).with_cause("its reference system or its description is on a network");
+    Some(
+        problem.with_remedy(
+            "write it with `ogr2ogr -a_srs EPSG:... OUT FILE`, or trust it with `limits.allow_remote: true`",
+        ),
+    )
 }
 
 /// The files that a raster is read from, itself, its side files and the sources of a VRT; none where it is no raster.

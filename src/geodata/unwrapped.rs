@@ -5,7 +5,8 @@
     reason = "these functions have no safe wrapper in the gdal crate, and that of the colour panics at new ones"
 )]
 
-use std::ffi::{CStr, CString, OsStr, c_char};
+use std::cell::RefCell;
+use std::ffi::{CStr, CString, OsStr, c_char, c_void};
 use std::os::unix::ffi::OsStrExt;
 use std::path::PathBuf;
 
@@ -60,6 +61,69 @@ pub fn is_alpha(band: &RasterBand) -> bool {
     // SAFETY: the band is open as long as it is borrowed, and the handle goes no further.
     let colour = unsafe { gdal_sys::GDALGetRasterColorInterpretation(band.c_rasterband()) };
     colour == gdal_sys::GDALColorInterp::GCI_AlphaBand
+}
+
+thread_local! {
+    static ASKED: RefCell<Option<String>> = const { RefCell::new(None) };
+}
+
+/// What GDAL calls in place of fetching an address: the address, and options, progress and writer, which are not used here.
+type Fetch = unsafe extern "C" fn(
+    *const c_char,
+    *const c_void,
+    *const c_void,
+    *mut c_void,
+    *const c_void,
+    *mut c_void,
+    *mut c_void,
+) -> *mut c_void;
+
+unsafe extern "C" {
+    fn CPLHTTPSetFetchCallback(fetch: Option<Fetch>, data: *mut c_void);
+}
+
+/// The first fields of what GDAL takes for the answer; the others, among them the data, are 0.
+#[repr(C)]
+struct Answer {
+    status: i32,
+    content_type: *mut c_char,
+    error: *mut c_char,
+    _others: [u64; 16],
+}
+
+/// Notes the address, and answers with an error. Without an answer GDAL would fetch it after all.
+unsafe extern "C" fn note(
+    address: *const c_char,
+    _: *const c_void,
+    _: *const c_void,
+    _: *mut c_void,
+    _: *const c_void,
+    _: *mut c_void,
+    _: *mut c_void,
+) -> *mut c_void {
+    if !address.is_null() {
+        // SAFETY: GDAL hands over a text with its end.
+        let address = unsafe { CStr::from_ptr(address) }.to_string_lossy().into_owned();
+        let _ = ASKED.try_with(|asked| asked.replace(Some(address)));
+    }
+    // SAFETY: both are memory of GDAL, which it frees itself; an answer of zeros is one without data.
+    unsafe {
+        let answer = gdal_sys::CPLCalloc(1, std::mem::size_of::<Answer>()).cast::<Answer>();
+        (*answer).status = 1;
+        (*answer).error = gdal_sys::CPLStrdup(c"it is not fetched".as_ptr());
+        answer.cast()
+    }
+}
+
+/// Lets GDAL fetch addresses that files name, such as that of a reference system, or not.
+pub fn let_fetch(is_allowed: bool) {
+    // SAFETY: the function lives as long as the program, and needs no data.
+    unsafe { CPLHTTPSetFetchCallback((!is_allowed).then_some(note as Fetch), std::ptr::null_mut()) }
+}
+
+/// The address that a file asked for on this thread since the last call, and did not get.
+pub fn take_asked() -> Option<String> {
+    ASKED.take()
 }
 
 /// The files that a dataset is read from, as far as its driver knows them.

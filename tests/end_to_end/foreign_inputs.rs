@@ -175,6 +175,18 @@ fn addresses_and_paths_of_gdal_are_refused_and_archives_read_where_that_is_allow
 }
 
 #[test]
+fn a_vector_file_that_asks_for_an_address_is_refused() {
+    let place = Place::new();
+    place.write("scene/dem.vrt", &source("tiles/tile.asc", true));
+    let link = r#""crs":{"type":"link","properties":{"href":"http://127.0.0.1:9/crs","type":"ogcwkt"}},"features""#;
+    place.write("scene/lake.geojson", &LAKE.replace("\"features\"", link));
+    place.assert_refused(
+        4,
+        &["error[foreign-file] initial[0].reservoir", "lake.geojson asks for http://127.0.0.1:9/crs"],
+    );
+}
+
+#[test]
 fn code_in_a_vrt_is_never_run() {
     let place = Place::new();
     let inner = "<PixelFunctionType>f</PixelFunctionType><PixelFunctionLanguage>Python</PixelFunctionLanguage>\
