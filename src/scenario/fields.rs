@@ -148,7 +148,7 @@ kinds! {
     /// Courant number.
     Courant: NUMBER, "0.5", "between 0.01 and 1", |value| (0.01..=1.0).contains(&value);
     /// Gravity (m/s²).
-    Gravity: ACCELERATION, "9.81", "greater than 0 and at most 1000 m/s2", |value| value > 0.0 && value <= 1000.0;
+    Gravity: ACCELERATION, "9.81", "greater than 0", |value| value > 0.0;
     /// Memory (bytes).
     Memory: MEMORY, "8 GB", "greater than 0", |value| value > 0.0;
     /// A share of the concentration of a source (dimensionless).
