@@ -57,7 +57,7 @@ pub fn of_bytes(mut reader: impl Read) -> std::io::Result<(u64, [u8; LENGTH as u
 /// # Errors
 /// When it cannot be read.
 pub fn of_file(path: &Path) -> std::io::Result<(u64, String)> {
-    let (bytes, checksum) = of_bytes(std::fs::File::open(path)?)?;
+    let (bytes, checksum) = of_bytes(crate::plain_file::open(path)?)?;
     Ok((bytes, checksum.iter().map(|byte| format!("{byte:02x}")).collect()))
 }
 

@@ -106,7 +106,22 @@ pub fn say(line: impl fmt::Display) {
 
 /// A text without what a terminal takes for orders, as names and values of input files may have it.
 pub fn without_controls(text: &str) -> String {
-    text.chars().map(|c| if c.is_control() && !"\n\t".contains(c) { char::REPLACEMENT_CHARACTER } else { c }).collect()
+    text.chars().map(|c| if is_order(c) && !"\n\t".contains(c) { char::REPLACEMENT_CHARACTER } else { c }).collect()
+}
+
+/// A name as it stands in results: on one line, without what orders a terminal, a page or a table.
+pub fn plain_name(text: &str) -> String {
+    let plain = |c: char| match c {
+        '\n' | '\r' | '\t' => ' ',
+        c if is_order(c) => char::REPLACEMENT_CHARACTER,
+        c => c,
+    };
+    text.chars().map(plain).collect()
+}
+
+/// Whether a character is an order and no letter: control characters, ends of lines and paragraphs, turns of the direction of writing.
+fn is_order(c: char) -> bool {
+    c.is_control() || matches!(c, '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
 /// Brings problems into the order in which a planner works them off: errors first, each kind by its place in the scenario. What has none,

@@ -7,6 +7,7 @@
 pub mod calendar;
 pub mod checksum;
 pub mod cli;
+pub mod csv;
 pub mod error;
 pub mod gate;
 pub mod geodata;
@@ -14,6 +15,7 @@ pub mod laboratory;
 pub mod maps;
 pub mod output;
 pub mod pipeline;
+pub mod plain_file;
 pub mod prepare;
 pub mod problems;
 pub mod report;

@@ -5,17 +5,17 @@
 
 use std::path::Path;
 
+use gdal::Dataset;
 use gdal::spatial_ref::{AxisMappingStrategy, SpatialRef};
 use gdal::vector::{
     FieldValue, Geometry, Layer, LayerAccess, OGRwkbGeometryType, geometry_type_flatten, geometry_type_has_z,
 };
-use gdal::{Dataset, DatasetOptions, GdalOpenFlags};
 use geo::orient::{Direction, Orient};
 use geo::{Coord, CoordsIter, LineString, Polygon};
 
-use crate::error::{Problem, ProblemKind, input_error};
+use crate::error::{Problem, ProblemKind, input_error, plain_name};
 use crate::geodata::{
-    Crs, CrsProblem, capture, describe, is_metric, readable_file, same_horizontal, transform, vertical_unit,
+    Crs, CrsProblem, capture, describe, is_metric, open, readable_file, same_horizontal, transform, vertical_unit,
 };
 use crate::math::{Rectangle, Vec2};
 
@@ -146,21 +146,23 @@ pub struct VectorFile {
 pub fn open(path: &Path, layer: Option<&str>) -> Result<VectorFile, Problem> {
     readable_file(path)?;
     let name = path.display();
-    let open_with = |open_options| {
-        let open_flags = GdalOpenFlags::GDAL_OF_VECTOR | GdalOpenFlags::GDAL_OF_VERBOSE_ERROR;
-        Dataset::open_ex(path, DatasetOptions { open_flags, open_options, ..DatasetOptions::default() })
-    };
-    let (result, messages) = capture(|| open_with(None));
+    let (result, messages) = capture(|| open::vector(path, None));
+    if let Some(problem) = open::address_asked_for(path) {
+        return Err(problem);
+    }
     let dataset = result.map_err(|_| {
         let problem = input_error("not-a-vector", format!("{name} is not a vector file that GDAL can read"))
-            .with_remedy("name a GeoJSON, GeoPackage or Shapefile; `ogrinfo FILE` shows whether GDAL reads it");
+            .with_remedy(format!(
+                "name a GeoJSON, GeoPackage, Shapefile or a file of another of the drivers {}; `ogr2ogr` makes one of most others",
+                open::VECTOR.join(", ")
+            ));
         if messages.is_empty() { problem } else { problem.with_cause(messages.join("; ")) }
     })?;
     let (result, messages) = capture(|| read_layer(&dataset, path, layer));
     let mut file = result?;
     if dataset.driver().short_name() == "ESRI Shapefile" && file.features.iter().any(Feature::has_unknown_letters) {
         let (result, _) =
-            capture(|| open_with(Some(&["ENCODING=CP1252"])).map(|dataset| read_layer(&dataset, path, layer)));
+            capture(|| open::vector(path, Some(&["ENCODING=CP1252"])).map(|dataset| read_layer(&dataset, path, layer)));
         if let Ok(read) = result {
             file = VectorFile { presumed_encoding: true, ..read? };
         }
@@ -223,7 +225,8 @@ fn read_layer(dataset: &Dataset, path: &Path, layer: Option<&str>) -> Result<Vec
         // A feature of a GeoJSON need not have the attributes of the others; a number that it lacks reads as 0, its text as none.
         let has = |field| source.field_as_string(field).is_ok_and(|text| text.is_some_and(|text| !text.is_empty()));
         let fields = source.fields().enumerate().filter(|(field, _)| has(*field));
-        feature.attributes = fields.filter_map(|(_, (name, value))| Some((name, attribute_value(value?)?))).collect();
+        feature.attributes =
+            fields.filter_map(|(_, (name, value))| Some((plain_name(&name), attribute_value(value?)?))).collect();
         features.push(feature);
     }
     Ok(VectorFile { features, crs, presumed_degrees: false, presumed_encoding: false })
@@ -255,7 +258,7 @@ fn attribute_value(value: FieldValue) -> Option<Value> {
         FieldValue::IntegerValue(number) => Value::Number(f64::from(number)),
         FieldValue::Integer64Value(number) => Value::Number(number as f64),
         FieldValue::RealValue(number) => Value::Number(number),
-        FieldValue::StringValue(text) => Value::Text(text),
+        FieldValue::StringValue(text) => Value::Text(plain_name(&text)),
         FieldValue::DateValue(date) => Value::Text(date.to_string()),
         FieldValue::DateTimeValue(time) => Value::Text(time.to_string()),
         _ => return None,

@@ -7,6 +7,7 @@ use super::print;
 use super::validate::{chosen_cases, make_folder, run_cases, write};
 use crate::error::{Error, Problem, ProblemKind};
 use crate::maps::{ChartLine, ChartPeers, ChartPoint, speed_against_accuracy};
+use crate::plain_file;
 use crate::validation::{Peer, Row, peers_from_csv, rows_as_csv, rows_from_csv};
 
 /// Errors below this (m, m/s) are rounding: nothing to draw.
@@ -26,7 +27,7 @@ pub fn chart(arguments: &ChartArguments) -> Result<(), Error> {
     let folder = &arguments.out;
     let table = folder.join("chart.csv");
     let text = match &arguments.from {
-        Some(file) => std::fs::read_to_string(file)
+        Some(file) => plain_file::read_to_string(file)
             .map_err(|cause| Error::Usage(format!("{} cannot be read: {cause}", file.display())))?,
         None => {
             make_folder(folder)?;
@@ -68,7 +69,7 @@ pub fn chart(arguments: &ChartArguments) -> Result<(), Error> {
 
 /// Reads what other codes made of the cases.
 fn read_peers(file: &Path) -> Result<Vec<Peer>, Error> {
-    let text = std::fs::read_to_string(file).map_err(|cause| {
+    let text = plain_file::read_to_string(file).map_err(|cause| {
         let message = format!("the file `{}` cannot be read", file.display());
         let problem = Problem::error(ProblemKind::Input, "unreadable-file", "", message);
         Error::Problems(vec![problem.with_cause(cause.to_string()).with_remedy("correct the path of --peers")])

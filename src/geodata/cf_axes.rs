@@ -9,6 +9,7 @@ use gdal::spatial_ref::SpatialRef;
 
 use super::describe;
 use crate::error::{Problem, input_error};
+use crate::plain_file;
 
 /// The direction of an axis on the map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,7 +31,7 @@ pub fn text_of(variable: &netcdf::Variable, name: &str) -> Option<String> {
 /// Whether a file begins as one of the NetCDF formats does.
 pub fn is_netcdf(path: &Path) -> bool {
     let mut start = [0; 4];
-    let read = std::fs::File::open(path).and_then(|mut file| std::io::Read::read_exact(&mut file, &mut start));
+    let read = plain_file::open(path).and_then(|mut file| std::io::Read::read_exact(&mut file, &mut start));
     read.is_ok() && (start.starts_with(b"CDF") || start == *b"\x89HDF")
 }
 

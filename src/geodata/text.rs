@@ -2,8 +2,11 @@
 //!
 //! Hand-written because of the messages: a bad number is reported with its line, which GDAL's CSV driver does not do.
 
-use std::io::Read;
 use std::path::Path;
+
+use crate::csv::as_meant;
+use crate::error::plain_name;
+use crate::plain_file::{self, MOST_TEXT, read_at_most};
 
 /// A table as it stands in the file.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,20 +28,23 @@ pub enum TextError {
     NotText,
 }
 
-/// Greatest length of an unpacked text file (bytes): guards against a small archive that unpacks without end.
-const MAX_TEXT: u64 = 8 << 30;
-
 /// The text of a file, unpacked if it is gzipped; a byte order mark is dropped, and lines that end with a carriage return alone get the
 /// usual end.
 ///
 /// # Errors
-/// When the file cannot be read, or is no text.
+/// When the file cannot be read, is no text, or holds more than [`MOST_TEXT`] bytes.
 pub fn read_text(path: &Path) -> Result<String, TextError> {
-    let bytes = std::fs::read(path)?;
+    read_text_within(path, MOST_TEXT)
+}
+
+/// The same of a file that may hold so many bytes, unpacked: a small archive may unpack without end.
+///
+/// # Errors
+/// When the file cannot be read, is no text, or holds more.
+pub fn read_text_within(path: &Path, most: u64) -> Result<String, TextError> {
+    let bytes = read_at_most(plain_file::open(path)?, most)?;
     let bytes = if bytes.starts_with(&[0x1f, 0x8b]) {
-        let mut unpacked = Vec::new();
-        flate2::read::MultiGzDecoder::new(bytes.as_slice()).take(MAX_TEXT).read_to_end(&mut unpacked)?;
-        unpacked
+        read_at_most(flate2::read::MultiGzDecoder::new(bytes.as_slice()), most)?
     } else {
         bytes
     };
@@ -120,7 +126,7 @@ impl Separator {
     /// The fields of a line; double quotes keep a separator inside a field, a doubled quote stands for one.
     fn split(self, line: &str) -> Vec<String> {
         let Separator::Character(separator) = self else {
-            return line.split_whitespace().map(str::to_string).collect();
+            return line.split_whitespace().map(plain_name).collect();
         };
         let mut fields = vec![String::new()];
         let mut quoted = false;
@@ -138,7 +144,8 @@ impl Separator {
                 fields[last].push(c);
             }
         }
-        fields.into_iter().map(|field| field.trim().to_string()).collect()
+        // What this program wrote, too, is read as it was meant.
+        fields.into_iter().map(|field| as_meant(&plain_name(field.trim())).to_string()).collect()
     }
 }
 

@@ -5,8 +5,10 @@ use std::fmt::Write;
 /// The fonts asked for: the first one that the viewer has is taken.
 const FONTS: &str = "'DejaVu Sans', 'Liberation Sans', Arial, Helvetica, sans-serif";
 
-/// Replaces the characters that mean something in XML and HTML.
+/// Replaces the characters that mean something in XML and HTML, and those that XML does not bear.
 pub fn escape(text: &str) -> String {
+    let is_borne = |c: char| !c.is_control() || c == '\n' || c == '\t';
+    let text: String = text.chars().map(|c| if is_borne(c) { c } else { char::REPLACEMENT_CHARACTER }).collect();
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 

@@ -14,6 +14,7 @@ use super::file_records::RUNNING;
 use super::folder::{RunFolder, output_error};
 use crate::checksum::{Checked, LENGTH, of_bytes};
 use crate::error::{Error, Problem, ProblemKind};
+use crate::plain_file;
 
 const NEWEST: &str = "checkpoint.bin";
 const BEFORE: &str = "checkpoint.before.bin";
@@ -58,7 +59,7 @@ pub fn write_checkpoint(folder: &RunFolder, run: &impl Serialize, state: &impl S
 /// Whether the run of a folder can go on and has not said how it ended, or has no maps: then what it computed is still to be written.
 pub fn is_cut_off(folder: &Path) -> bool {
     let is_there = |name: &str| folder.join(name).exists();
-    let record = fs::read_to_string(folder.join("run.json")).unwrap_or_default();
+    let record = plain_file::read_to_string(folder.join("run.json")).unwrap_or_default();
     (is_there(NEWEST) || is_there(BEFORE)) && (record.contains(RUNNING) || !is_there("maps.nc"))
 }
 
@@ -91,7 +92,7 @@ impl<R: DeserializeOwned> Checkpoint<R> {
 
     fn open(path: PathBuf) -> Result<Self, String> {
         let said = |cause: std::io::Error| cause.to_string();
-        let mut file = BufReader::with_capacity(BUFFER, File::open(&path).map_err(said)?);
+        let mut file = BufReader::with_capacity(BUFFER, plain_file::open(&path).map_err(said)?);
         let length = file.get_ref().metadata().map_err(said)?.len();
         let (_, found) = of_bytes(file.by_ref().take(length.saturating_sub(LENGTH))).map_err(said)?;
         let mut stated = Vec::new();

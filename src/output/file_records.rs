@@ -5,6 +5,8 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use crate::plain_file;
+
 /// An input file.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
 pub struct InputFile {
@@ -43,12 +45,15 @@ pub(super) const RUNNING: &str = "\"status\": \"running\"";
 /// leaving, or the disk is full. Where it has no room beside the file it writes over it; a failure is left as it is.
 pub fn mark_ended(folder: &Path, status: &str, exit_code: i32) {
     let path = folder.join("run.json");
-    let Ok(text) = std::fs::read_to_string(&path) else { return };
+    let Ok(text) = plain_file::read_to_string(&path) else { return };
     let ended = text.replacen(RUNNING, &format!("\"status\": \"{status}\""), 1);
     let ended = ended.replacen("\"exit_code\": null", &format!("\"exit_code\": {exit_code}"), 1);
     // Another name than that of the file that may be being written.
     let temporary = folder.join(".unfinished.ended.json");
-    if std::fs::write(&temporary, &ended).and_then(|()| std::fs::rename(&temporary, &path)).is_err() {
+    // A link there would lead elsewhere.
+    let _ = std::fs::remove_file(&temporary);
+    let written = std::fs::File::create_new(&temporary).and_then(|mut file| file.write_all(ended.as_bytes()));
+    if written.and_then(|()| std::fs::rename(&temporary, &path)).is_err() {
         let _ = std::fs::remove_file(&temporary);
         // No longer than the file is.
         if ended.len() <= text.len() {

@@ -4,13 +4,12 @@
 //! temporary name in the same folder, flushed to the disk and renamed. While a run is under way, `run.json` says
 //! `"status": "running"`.
 
-use std::fs::{self, TryLockError};
+use std::fs;
 use std::io::{ErrorKind, Write};
-use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Duration;
 
+use super::hold::{HOLD, Hold, in_use, is_held, unwritable};
 use crate::error::{Error, Problem, ProblemKind};
 
 /// Files that a run writes, relative to its folder, and those of a report, which would be out of date beside another run.
@@ -49,9 +48,6 @@ const OWN_FILES: [&str; 29] = [
 /// Beginning of the temporary name of a file that is not yet whole.
 const TEMPORARY: &str = ".unfinished.";
 
-/// Name of the file by which a run holds its folder; while the run lives, it is locked.
-const HOLD: &str = ".running";
-
 /// Beginnings of the names of the maps in `cog/`.
 const OWN_MAPS: [&str; 11] = [
     "bed_elevation",
@@ -72,77 +68,6 @@ const OWN_MAPS: [&str; 11] = [
 pub struct RunFolder {
     path: PathBuf,
     _hold: Arc<Hold>,
-}
-
-/// The locked file of a run that is under way.
-///
-/// The system lets go of the lock when the process ends, however it ends: what a killed run leaves stands in nobody's way.
-#[derive(Debug)]
-struct Hold {
-    path: PathBuf,
-    _file: fs::File,
-}
-
-impl Drop for Hold {
-    fn drop(&mut self) {
-        // Best effort: without its lock the file holds nobody up.
-        let _ = fs::remove_file(&self.path);
-    }
-}
-
-impl Hold {
-    /// Takes the folder, or says why not.
-    fn take(folder: &Path) -> Result<Hold, Problem> {
-        /// Another run that looks at the lock has it for a moment.
-        const TRIALS: usize = 20;
-        const PAUSE: Duration = Duration::from_millis(10);
-        let path = folder.join(HOLD);
-        let failed = |cause: std::io::Error| unwritable(folder, &cause.to_string());
-        for _ in 0..TRIALS {
-            let mut options = fs::OpenOptions::new();
-            let mut file = options.read(true).write(true).create(true).truncate(false).open(&path).map_err(failed)?;
-            match file.try_lock() {
-                // The run before may have deleted the file after it was opened here.
-                Ok(()) if !is_same_file(&file, &path) => continue,
-                Ok(()) => {}
-                // Some network drives know no locks.
-                Err(TryLockError::Error(cause)) if cause.kind() == ErrorKind::Unsupported => {}
-                Err(TryLockError::Error(cause)) => return Err(failed(cause)),
-                Err(TryLockError::WouldBlock) => {
-                    std::thread::sleep(PAUSE);
-                    continue;
-                }
-            }
-            file.set_len(0).and_then(|()| write!(file, "{}", std::process::id())).map_err(failed)?;
-            return Ok(Hold { path, _file: file });
-        }
-        Err(in_use(folder))
-    }
-}
-
-/// Whether an open file is the one of that path.
-fn is_same_file(file: &fs::File, path: &Path) -> bool {
-    let identity = |metadata: &fs::Metadata| (metadata.dev(), metadata.ino());
-    matches!((file.metadata(), fs::metadata(path)), (Ok(open), Ok(there)) if identity(&open) == identity(&there))
-}
-
-/// Whether a run that is under way holds the folder.
-fn is_held(folder: &Path) -> bool {
-    let file = fs::File::open(folder.join(HOLD));
-    file.is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
-}
-
-fn in_use(folder: &Path) -> Problem {
-    let process = fs::read_to_string(folder.join(HOLD)).ok().filter(|number| !number.is_empty());
-    let process = process.map_or_else(|| "another process".to_owned(), |number| format!("process {number}"));
-    Problem::error(
-        ProblemKind::Output,
-        "output-folder-in-use",
-        "outputs.folder",
-        format!("the output folder {} is in use by a run that is under way", folder.display()),
-    )
-    .with_cause(format!("{process} writes to it, and the files of both would be mixed"))
-    .with_remedy("wait for its end, or choose another folder with --out")
 }
 
 impl RunFolder {
@@ -167,7 +92,8 @@ impl RunFolder {
             folder.delete_own_files().map_err(unwritable)?;
         }
         let probe = folder.temporary("probe");
-        fs::write(&probe, b"").and_then(|()| fs::remove_file(&probe)).map_err(unwritable)?;
+        let made = remove_if_there(&probe).and_then(|()| fs::File::create_new(&probe));
+        made.and_then(|_| fs::remove_file(&probe)).map_err(unwritable)?;
         Ok(folder)
     }
 
@@ -176,6 +102,9 @@ impl RunFolder {
     /// # Errors
     /// A problem of the kind [`ProblemKind::Output`] when a run that is under way has it, or when it cannot be written.
     pub fn reopen(path: &Path) -> Result<RunFolder, Error> {
+        if let Some(problem) = linked(path) {
+            return Err(Error::Problems(vec![problem]));
+        }
         let hold = Hold::take(path).map_err(|problem| Error::Problems(vec![problem]))?;
         let folder = RunFolder { path: path.to_path_buf(), _hold: Arc::new(hold) };
         let cleared = folder.delete_where(is_temporary);
@@ -210,7 +139,7 @@ impl RunFolder {
                 .with_cause("results of two runs in one folder could not be told apart")
                 .with_remedy("choose another folder with --out, or add --overwrite to replace the earlier run"),
             ),
-            Ok(_) => None,
+            Ok(_) => linked(path),
         }
     }
 
@@ -359,15 +288,10 @@ fn remove_if_there(path: &Path) -> std::io::Result<()> {
     }
 }
 
-fn unwritable(path: &Path, cause: &str) -> Problem {
-    Problem::error(
-        ProblemKind::Output,
-        "output-folder-unwritable",
-        "outputs.folder",
-        format!("the output folder {} cannot be written", path.display()),
-    )
-    .with_cause(cause)
-    .with_remedy("choose a folder with --out that you may write to")
+/// A folder of results that is a link, through which files elsewhere would be deleted and written.
+fn linked(path: &Path) -> Option<Problem> {
+    let name = ["cog", "tables", "report"].into_iter().find(|name| path.join(name).is_symlink())?;
+    Some(unwritable(path, &format!("`{name}` in it is a link that leads elsewhere")))
 }
 
 /// An error of a writer.

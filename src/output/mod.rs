@@ -23,6 +23,7 @@ mod gauges;
 mod grid;
 mod ground_source;
 mod hazard;
+mod hold;
 mod manifest;
 mod maxima;
 mod on_terrain;

@@ -9,6 +9,7 @@ use super::folder::{RunFolder, output_error};
 
 use crate::checksum::of_file;
 use crate::error::{Error, Problem, ProblemKind};
+use crate::plain_file;
 
 /// What of `run.json` is verified.
 #[derive(Deserialize)]
@@ -59,7 +60,7 @@ pub fn verify(folder: &Path) -> Result<Verified, Error> {
                 .with_remedy("name the folder of a run, which holds run.json"),
         ])
     };
-    let text = std::fs::read_to_string(&path).map_err(|cause| unreadable(cause.to_string()))?;
+    let text = plain_file::read_to_string(&path).map_err(|cause| unreadable(cause.to_string()))?;
     let stated: Stated = serde_json::from_str(&text).map_err(|cause| unreadable(cause.to_string()))?;
     if stated.outputs.is_empty() {
         let cause = format!("its status is `{}`, and it states no checksums of its results", stated.status);

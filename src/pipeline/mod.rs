@@ -39,7 +39,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, NumericalFailure, Problem, ProblemKind, say, sort_problems};
 use crate::output::{ChannelGaugeResult, Recording, RunFolder, RunManifest, SectionResult};
-use crate::prepare::{Prepared, Runnable, Scene, Setup, in_folder, prepare};
+use crate::prepare::{Prepared, Runnable, Scene, Setup, in_folder, prepare, refused};
 use crate::scenario::methods::Motion;
 use crate::scenario::{Part, Scenario};
 use crate::seeding::SeededVolume;
@@ -86,6 +86,10 @@ const COMPUTE: &str = "compute";
 
 /// What is wrong with a scenario, its inputs, and the place of its output folder, errors first.
 pub fn check(scenario: &Scenario) -> Vec<Problem> {
+    let refused = refused(scenario);
+    if !refused.is_empty() {
+        return refused;
+    }
     let scenario = match part::choose(scenario) {
         Ok(scenario) => scenario,
         Err(problems) => return problems,
@@ -140,9 +144,16 @@ pub(crate) fn thread_pool(threads: Option<usize>) -> Result<rayon::ThreadPool, E
         .map_err(|cause| Error::Internal(format!("the threads could not be started: {cause}")))
 }
 
+/// Refuses a scenario with an input that is not to be opened.
+fn admit(scenario: &Scenario) -> Result<(), Error> {
+    let refused = refused(scenario);
+    if refused.is_empty() { Ok(()) } else { Err(Error::Problems(refused)) }
+}
+
 /// Runs a scenario, from its start or from where it was cut off.
 fn run_on_threads(scenario: &Scenario, options: &RunOptions, resumed: Option<Resumed>) -> Result<RunSummary, Error> {
     let mut clock = Clock::start();
+    admit(scenario)?;
     let _watch = MemoryWatch::begin(scenario.limits.memory)?;
     let mut chosen = match &resumed {
         Some(Resumed { origin, state: Some(state), .. }) => Chosen {

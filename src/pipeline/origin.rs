@@ -8,6 +8,7 @@ use super::RunOptions;
 use crate::checksum;
 use crate::error::Problem;
 use crate::output::{ChoiceRecord, InputFile};
+use crate::plain_file;
 use crate::scenario::Scenario;
 use crate::version;
 
@@ -49,7 +50,7 @@ impl Origin {
             command: options.command.clone(),
             working_folder: std::env::current_dir().unwrap_or_default(),
             scenario: scenario.file.clone(),
-            text: std::fs::read_to_string(&scenario.file).unwrap_or_default(),
+            text: plain_file::read_to_string(&scenario.file).unwrap_or_default(),
             overrides: options.overrides.clone(),
             scenario_sha256: checksum::of_file(&scenario.file).map_or_else(|_| String::new(), |(_, sha256)| sha256),
             inputs: inputs.iter().map(input).collect(),

@@ -33,19 +33,18 @@ fn size_of(folder: &Path) -> f64 {
 /// What stands in the way of a run that takes so much of the disk: its limit, or what is free. What is in its folder it writes over.
 pub(super) fn problem(scenario: &Scenario, folder: &Path, disk: &Disk) -> Option<Problem> {
     let needed = disk.on_the_way.start;
-    let refused = |kind, code, message: String| {
-        Problem::error(kind, code, "outputs", message).with_cause(format!(
-            "its frames stand there uncompressed while it goes on; at its end the folder takes {} to {}",
-            in_bytes(disk.at_end.start),
-            in_bytes(disk.at_end.end)
-        ))
-    };
+    let because = format!(
+        "its frames stand there uncompressed while it goes on; at its end the folder takes {} to {}",
+        in_bytes(disk.at_end.start),
+        in_bytes(disk.at_end.end)
+    );
     const FEWER: &str = "a longer `outputs.every`, a larger `outputs.cell`, or `outputs.write` without `fields`";
     if let Some(limit) = scenario.limits.disk.filter(|limit| needed > *limit) {
         let message =
             format!("the run takes {} of the disk or more; the limit is {}", in_bytes(needed), in_bytes(limit));
         return Some(
-            refused(ProblemKind::Limit, "disk-limit", message)
+            Problem::error(ProblemKind::Limit, "disk-limit", "outputs", message)
+                .with_cause(because)
                 .with_remedy(format!("take {FEWER}, or raise `limits.disk`")),
         );
     }
@@ -57,7 +56,8 @@ pub(super) fn problem(scenario: &Scenario, folder: &Path, disk: &Disk) -> Option
             in_bytes(free),
             folder.display()
         );
-        refused(ProblemKind::Output, "disk-full", message)
+        Problem::error(ProblemKind::Output, "disk-full", "outputs", message)
+            .with_cause(because)
             .with_remedy(format!("free some, choose another folder with --out, or take {FEWER}"))
     })
 }

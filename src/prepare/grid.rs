@@ -277,7 +277,7 @@ mod tests {
         Terrain::new(vec![Layer::Raster(raster)]).unwrap()
     }
 
-    const LIMITS: Limits = Limits { memory: 1e9, disk: None, particles: 1e6, checkpoint: None };
+    const LIMITS: Limits = Limits { memory: 1e9, disk: None, particles: 1e6, checkpoint: None, allow_remote: false };
 
     #[test]
     fn cells_coincide_with_raster_cells_when_spacings_divide() {

@@ -2,11 +2,14 @@
 //!
 //! Not here: what is in them.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use crate::checksum;
 use crate::error::{Place, Problem, ProblemKind};
 use crate::geodata::cf_axes::split_variable;
+use crate::geodata::open::files_of_raster;
+use crate::geodata::vrt::{is_elsewhere, sources};
 use crate::prepare::rain::series as rain_series;
 use crate::scenario::ChannelShape;
 use crate::scenario::{
@@ -48,16 +51,26 @@ pub fn in_folder(inputs: &[InputFile], folder: &Path) -> Vec<Problem> {
         .collect()
 }
 
+/// An input that a scenario names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct NamedInput {
+    /// The file.
+    pub path: PathBuf,
+    /// The key that names it, and its place.
+    pub key: String,
+    pub place: Option<Place>,
+}
+
 /// Files with the keys that name them, while they are gathered.
 #[derive(Default)]
 struct Files {
-    found: Vec<(PathBuf, String, Option<Place>)>,
+    found: Vec<NamedInput>,
 }
 
 impl Files {
     fn add<T>(&mut self, source: &Sourced<T>, path: &Path) {
         let (path, _) = split_variable(path);
-        self.found.push((path, source.key.clone(), source.place.clone()));
+        self.found.push(NamedInput { path, key: source.key.clone(), place: source.place.clone() });
     }
 
     fn vectors<'a>(&mut self, sources: impl IntoIterator<Item = &'a Sourced<VectorSource>>) {
@@ -159,8 +172,8 @@ impl Files {
     }
 }
 
-/// Every input file that can be read, each once, with the side files of a Shapefile.
-pub(super) fn all(scenario: &Scenario) -> Vec<InputFile> {
+/// Every input that a scenario names, and every raster that a list of it does.
+pub(super) fn named(scenario: &Scenario) -> Vec<NamedInput> {
     let mut files = Files::default();
     files.terrain(scenario);
     files.refine(scenario.levels.as_ref());
@@ -182,17 +195,60 @@ pub(super) fn all(scenario: &Scenario) -> Vec<InputFile> {
     }));
     files.vectors(&scenario.outputs.sections);
     files.vectors(&scenario.outputs.gauges);
-    let mut inputs: Vec<InputFile> = Vec::new();
-    for (path, key, place) in files.found {
-        let is_shapefile = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("shp"));
-        let side_files = ["dbf", "shx", "prj"].iter().filter(|_| is_shapefile).map(|e| path.with_extension(e));
-        for path in std::iter::once(path.clone()).chain(side_files) {
-            if inputs.iter().any(|known| known.path == path) {
+    files.found
+}
+
+/// Every input file that can be read, each once, with its side files and the sources of a VRT; warnings of those that are no files.
+pub(super) fn all(scenario: &Scenario) -> (Vec<InputFile>, Vec<Problem>) {
+    let (mut inputs, mut warnings): (Vec<InputFile>, Vec<Problem>) = (Vec::new(), Vec::new());
+    let mut seen = BTreeSet::new();
+    for NamedInput { path, key, place } in named(scenario) {
+        for path in with_its_files(&path) {
+            if !seen.insert(path.clone()) {
                 continue;
             }
             let (key, place) = (key.clone(), place.clone());
-            inputs.extend(checksum::of_file(&path).ok().map(|(_, sha256)| InputFile { path, sha256, key, place }));
+            if is_elsewhere(&path.to_string_lossy()) {
+                warnings.push(Problem { key, ..without_checksum(&path) }.with_place(place));
+            } else {
+                inputs.extend(checksum::of_file(&path).ok().map(|(_, sha256)| InputFile { path, sha256, key, place }));
+            }
         }
     }
-    inputs
+    (inputs, warnings)
+}
+
+/// The warning of what `run.json` has no checksum of.
+fn without_checksum(path: &Path) -> Problem {
+    let message = format!("{} is no file of this machine", path.display());
+    Problem::warning(ProblemKind::Input, "no-checksum", "", message)
+        .with_cause("run.json has no checksum of it, and nobody notices when it changes")
+        .with_remedy("download or unpack it where the run is to be repeated")
+}
+
+/// An input, and what it is read with: side files, the files of a folder, the sources of a VRT with theirs.
+fn with_its_files(path: &Path) -> Vec<PathBuf> {
+    /// Tables, and vector files without a part that a raster could be in.
+    const NO_RASTERS: [&str; 12] =
+        ["csv", "txt", "tsv", "xyz", "gz", "geojson", "json", "fgb", "kml", "shp", "tab", "dxf"];
+    let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    let side_files: &[&str] = match extension.as_str() {
+        "shp" => &["dbf", "shx", "prj", "cpg"],
+        "tab" => &["dat", "map", "id"],
+        "gml" => &["gfs", "xsd"],
+        _ => &[],
+    };
+    let mut files = vec![path.to_owned()];
+    files.extend(side_files.iter().map(|extension| path.with_extension(extension)));
+    if path.is_dir() {
+        let mut inside: Vec<PathBuf> =
+            std::fs::read_dir(path).into_iter().flatten().flatten().map(|entry| entry.path()).collect();
+        inside.sort();
+        files.extend(inside);
+    } else if !NO_RASTERS.contains(&extension.as_str()) {
+        let own = std::iter::once(path.to_owned()).chain(sources(path));
+        // GDAL names the sources of a VRT, too, and those that are no files of this machine.
+        files.extend(own.flat_map(|file| std::iter::once(file.clone()).chain(files_of_raster(&file))));
+    }
+    files
 }

@@ -3,6 +3,7 @@
 //! What a run needs is handed on in [`Prepared`]: the riverbed and the still water on it, walls and open edges for the
 //! solver, gauges and the reference system for the outputs.
 
+mod admission;
 mod banks;
 mod findings;
 mod following;
@@ -19,6 +20,7 @@ mod places;
 mod polygons;
 mod rain;
 mod raster;
+mod series_rows;
 mod tables;
 mod tracers;
 mod water;
@@ -32,6 +34,7 @@ use crate::scenario::{Part, Scenario};
 use crate::seeding::StillWater;
 use crate::solver::{Forcing, OpenEdges};
 use crate::terrain::Terrain;
+pub use admission::refused;
 use findings::Findings;
 pub use following::Following;
 pub use grain::{Grain, grain, outline};
@@ -243,7 +246,9 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
             problem.severity = Severity::Warning;
         });
     }
-    Prepared { problems, inputs: inputs::all(scenario), terrain, setup }
+    let (inputs, warnings) = inputs::all(scenario);
+    problems.extend(warnings);
+    Prepared { problems, inputs, terrain, setup }
 }
 
 /// Errors of a file as a whole that its features in a part of the terrain do not show: the others may be where they should.

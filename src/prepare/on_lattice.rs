@@ -10,7 +10,7 @@ use super::needs::needs;
 use super::tracers;
 use super::water::{self, SourcedBody, earlier, start};
 use super::{Scene, Setup};
-use super::{grid, places};
+use super::{grid, places, series_rows};
 use crate::bed::BedParticles;
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
@@ -70,7 +70,11 @@ impl<'a> Files<'a> {
             bodies.into_iter().map(|body| SourcedBody { source: &water.polygons, body })
         });
         let bodies = bodies.collect();
-        let gauges = scenario.outputs.gauges.as_ref();
+        let mut gauges = Vec::new();
+        if let Some(source) = &scenario.outputs.gauges {
+            gauges = places::gauges(source, crs, scenario.reproject, findings);
+            series_rows::check(source, gauges.len(), scenario, findings);
+        }
         Files {
             crs: crs
                 .and_then(|crs| crs.written())
@@ -78,7 +82,7 @@ impl<'a> Files<'a> {
             walls,
             open_lines,
             bodies,
-            gauges: gauges.map(|source| places::gauges(source, crs, scenario.reproject, findings)).unwrap_or_default(),
+            gauges,
             ground: ground::open(scenario, crs, findings),
             forcing: forcing::open(scenario, crs, findings),
             dam: breach::open(scenario, crs, findings),

@@ -40,6 +40,11 @@ pub(super) const GROUP: Group = Group {
             "An axis of a NetCDF file has another unit than its reference system. Its places would be wrong.",
             "Bring the axes to the unit of the reference system, or correct their attribute `units`.",
         ),
+        error(
+            "code-in-file",
+            "A VRT holds a function in Python that would be run to read it. An input is data, and its code is never run.",
+            "Write its values to a GeoTIFF with `gdal_translate`, where you trust it.",
+        ),
         warning(
             "crs-set-aside",
             "A file states a coordinate reference system, which `crs: local` ignores.",
@@ -67,6 +72,11 @@ pub(super) const GROUP: Group = Group {
             "Draw the area as a polygon with at least three corners.",
         ),
         error(
+            "foreign-file",
+            "An input is on a network or in an archive, or a VRT names a file there or outside of the folder of the scenario. Nobody chose that file.",
+            "Copy the file into the folder of the scenario, or trust it with `limits.allow_remote: true`.",
+        ),
+        error(
             "geographic-crs",
             "Coordinates are in degrees, and a run needs metres.",
             "Set `terrain.reproject: true` and a metric `crs`, or convert the file.",
@@ -80,6 +90,11 @@ pub(super) const GROUP: Group = Group {
             "missing-file",
             "A file does not exist.",
             "Correct the path; it counts from the folder of the scenario or of the list.",
+        ),
+        warning(
+            "no-checksum",
+            "An input is no file of this machine. `run.json` has no checksum of it.",
+            "Download or unpack it where the run is to be repeated.",
         ),
         error(
             "no-crs",
@@ -109,6 +124,11 @@ pub(super) const GROUP: Group = Group {
             "Name one of the variables of the file behind a colon.",
         ),
         error(
+            "not-a-file",
+            "An input, or the scenario, is a named pipe, a device or a socket. It may never end, and has no checksum.",
+            "Write what it gives to a file, and name that.",
+        ),
+        error(
             "not-a-number",
             "A raster, a table or a polygon has a value that is not a finite number.",
             "Correct the value, declare it as nodata, or take it out.",
@@ -120,13 +140,13 @@ pub(super) const GROUP: Group = Group {
         ),
         error(
             "not-a-raster",
-            "The file is not a raster that GDAL can read.",
-            "Name a GeoTIFF, an ESRI ASCII grid or another raster; `gdalinfo` shows whether GDAL reads it.",
+            "The file is not a raster that the program reads.",
+            "Name a GeoTIFF, an ESRI ASCII grid or another raster; `gdal_translate` makes one of most others.",
         ),
         error(
             "not-a-vector",
-            "The file is not a vector file that GDAL can read.",
-            "Name a GeoJSON, GeoPackage or Shapefile; `ogrinfo` shows whether GDAL reads it.",
+            "The file is not a vector file that the program reads.",
+            "Name a GeoJSON, GeoPackage or Shapefile; `ogr2ogr` makes one of most others.",
         ),
         error(
             "not-metric-crs",

@@ -133,6 +133,11 @@ pub(super) const GROUP: Group = Group {
             "Write numbers above 0, and put texts with commas in quotes.",
         ),
         error(
+            "too-many-outputs",
+            "Frames, or rows of the series of gauges and cross-sections, are more than there can be. They would fill memory and disk.",
+            "Give a longer `outputs.every` or `outputs.gauges_every`, or fewer gauges.",
+        ),
+        error(
             "unfinished-run",
             "The run has not ended, or it was killed. Its last frame may be incomplete.",
             "Wait for its end; where it was killed, go on with `floodsim resume`, or run the scenario again with `--overwrite`.",

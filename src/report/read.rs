@@ -2,8 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::csv::as_meant;
 use crate::error::{Error, Problem, ProblemKind};
 use crate::maps::{MapGrid, Mark, Series, clock};
+use crate::plain_file;
 
 /// A gauge with its row of `tables/gauges.csv`.
 pub(super) struct GaugeRow {
@@ -55,7 +57,7 @@ impl RunFolder {
 
     /// Opens the folder of a finished run; one that is under way or was killed is refused, whatever it holds.
     pub fn open(folder: &Path) -> Result<RunFolder, Error> {
-        let summary = std::fs::read_to_string(folder.join("run.json")).ok();
+        let summary = plain_file::read_to_string(folder.join("run.json")).ok();
         let summary = summary.and_then(|text| serde_json::from_str(&text).ok()).unwrap_or(serde_json::Value::Null);
         if summary["status"] == "running" {
             return Err(unfinished(folder));
@@ -208,6 +210,7 @@ fn maps_left_out(folder: &Path) -> Error {
 }
 
 fn open(path: &PathBuf) -> Result<netcdf::File, Error> {
+    plain_file::open(path).map_err(|cause| unreadable(path, cause.to_string()))?;
     netcdf::open(path).map_err(|cause| unreadable(path, cause.to_string()))
 }
 
@@ -275,8 +278,9 @@ fn crs_name(maps: &netcdf::File) -> String {
 
 /// The lines of a table, each split at commas outside quotes; none where the file is absent.
 fn read_csv(path: &Path) -> Vec<Vec<String>> {
-    let text = std::fs::read_to_string(path).unwrap_or_default();
-    text.lines().filter(|line| !line.trim().is_empty()).map(split_csv).collect()
+    let text = plain_file::read_to_string(path).unwrap_or_default();
+    let meant = |cells: Vec<String>| cells.iter().map(|cell| as_meant(cell).to_owned()).collect();
+    text.lines().filter(|line| !line.trim().is_empty()).map(|line| meant(split_csv(line))).collect()
 }
 
 fn split_csv(line: &str) -> Vec<String> {

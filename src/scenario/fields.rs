@@ -13,7 +13,7 @@ use super::read::{FromNode, Reader};
 use super::tree::Node;
 use super::units::{self, Dimension};
 use crate::calendar::{DateFault, UtcTime};
-use crate::error::{Problem, ProblemKind};
+use crate::error::{Problem, ProblemKind, plain_name};
 
 pub(super) use files::split_layer;
 pub use files::{InputFile, RasterSeriesFile, VectorFile};
@@ -112,41 +112,41 @@ macro_rules! kinds {
 
 kinds! {
     /// A level above the vertical datum (m).
-    Level: LENGTH, "100 m", "any finite value", f64::is_finite;
+    Level: LENGTH, "100 m", "between -20 km and 20 km", |value| value.abs() <= 20e3;
     /// A correction of elevations (m).
-    Offset: LENGTH, "0.12 m", "any finite value", f64::is_finite;
+    Offset: LENGTH, "0.12 m", "between -20 km and 20 km", |value| value.abs() <= 20e3;
     /// A length or depth (m).
-    Length: LENGTH, "20 m", "greater than 0", |value| value > 0.0;
+    Length: LENGTH, "20 m", "greater than 0 and at most 10,000 km", |value| value > 0.0 && value <= 1e7;
     /// A distance that may be 0 (m).
-    Distance: LENGTH, "50 m", "0 or more", |value| value >= 0.0;
+    Distance: LENGTH, "50 m", "0 or more and at most 10,000 km", |value| (0.0..=1e7).contains(&value);
     /// A span of time (s).
-    Duration: TIME, "100 s", "greater than 0", |value| value > 0.0;
+    Duration: TIME, "100 s", "greater than 0 and at most 10,000 d", |value| value > 0.0 && value <= 1e4 * 86_400.0;
     /// A time of the run (s).
-    Moment: TIME, "0 s", "0 or more", |value| value >= 0.0;
+    Moment: TIME, "0 s", "0 or more and at most 10,000 d", |value| (0.0..=1e4 * 86_400.0).contains(&value);
     /// A slope of the sides of a breach (dimensionless, horizontal to vertical).
     SideSlope: NUMBER, "1.0", "between 0 (vertical) and 10, horizontal to vertical", |value| (0.0..=10.0).contains(&value);
     /// The end of a run (s).
     EndTime: TIME, "1 h 30 min", "greater than 0 and at most 366 d", |value| value > 0.0 && value <= 366.0 * 86_400.0;
     /// A volume of water (m³).
-    Volume: VOLUME, "9.8 Mm3", "greater than 0", |value| value > 0.0;
+    Volume: VOLUME, "9.8 Mm3", "greater than 0 and at most 1e15 m3", |value| value > 0.0 && value <= 1e15;
     /// A discharge (m³/s).
-    Discharge: DISCHARGE, "30 m3/s", "0 or more", |value| value >= 0.0;
+    Discharge: DISCHARGE, "30 m3/s", "0 or more and at most 1e9 m3/s", |value| (0.0..=1e9).contains(&value);
     /// The velocity of a slide (m/s).
-    Velocity: VELOCITY, "20 m/s", "0 or more", |value| value >= 0.0;
+    Velocity: VELOCITY, "20 m/s", "0 or more and at most 1000 m/s", |value| (0.0..=1000.0).contains(&value);
     /// An intensity of rain or of its loss (m/s).
-    Intensity: INTENSITY, "20 mm/h", "0 or more", |value| value >= 0.0;
+    Intensity: INTENSITY, "20 mm/h", "0 or more and at most 1 m/s", |value| (0.0..=1.0).contains(&value);
     /// A depth of water that may be 0 (m).
-    Height: LENGTH, "5 mm", "0 or more", |value| value >= 0.0;
+    Height: LENGTH, "5 mm", "0 or more and at most 20 km", |value| (0.0..=20e3).contains(&value);
     /// A slope (dimensionless).
     Slope: SLOPE, "0.002", "greater than 0 and at most 1", |value| value > 0.0 && value <= 1.0;
     /// A slope that may be 0, or rise (dimensionless).
     Fall: SLOPE, "0.002", "between -1 and 1", |value| (-1.0..=1.0).contains(&value);
     /// A coordinate of the reference system of the run (m).
-    Coordinate: NUMBER, "712345.0", "any finite value", f64::is_finite;
+    Coordinate: NUMBER, "712345.0", "between -1e8 and 1e8", |value| value.abs() <= 1e8;
     /// Manning roughness (s·m^(−1/3)).
     Manning: NUMBER, "0.033", "between 0 and 0.5, in s/m^(1/3)", |value| (0.0..=0.5).contains(&value);
     /// Courant number.
-    Courant: NUMBER, "0.5", "greater than 0 and at most 1", |value| value > 0.0 && value <= 1.0;
+    Courant: NUMBER, "0.5", "between 0.01 and 1", |value| (0.01..=1.0).contains(&value);
     /// Gravity (m/s²).
     Gravity: ACCELERATION, "9.81", "greater than 0", |value| value > 0.0;
     /// Memory (bytes).
@@ -172,7 +172,7 @@ impl FromNode for Text {
     }
 
     fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
-        let text = reader.text(node, "a text", &Self::example())?.to_owned();
+        let text = plain_name(reader.text(node, "a text", &Self::example())?);
         Some(Text(reader.sourced(node, text)))
     }
 }

@@ -9,6 +9,7 @@ use super::read::{FromNode, Reader, folder_of};
 use super::sections::{ScenarioFile, fill_in, open_length};
 use super::{preset, tree};
 use crate::error::{Error, Place, Problem, ProblemKind, sort_problems};
+use crate::plain_file::odd_kind;
 
 /// Largest scenario file (bytes); data belongs into files of its own.
 const MAX_FILE_BYTES: u64 = 1 << 20;
@@ -82,6 +83,10 @@ fn read_text(file: &Path) -> Result<String, Error> {
         let is_there = inside.is_file();
         let remedy = if is_there { format!("did you mean `{}`?", inside.display()) } else { "name a file".to_owned() };
         return Err(refused("folder", format!("`{name}` is a folder, not a scenario file"), &remedy, None, None));
+    }
+    if let Some(kind) = std::fs::metadata(file).ok().as_ref().and_then(odd_kind) {
+        let message = format!("`{name}` is {kind}, not a scenario file");
+        return Err(refused("not-a-file", message, "write what it gives to a file, and name that", None, None));
     }
     let mut bytes = Vec::new();
     let opened = std::fs::File::open(file).map_err(unreadable)?;

@@ -1,9 +1,10 @@
 //! ESRI ASCII grids: finds the words that are no numbers, which GDAL reads as 0 without a warning,
 //! and counts the values, of which GDAL leaves out what is too many.
 
-use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
+
+use crate::plain_file;
 
 /// Names that begin a line of the header, in lower case.
 const HEADER: [&str; 10] =
@@ -25,7 +26,7 @@ pub(super) struct Broken {
 /// # Errors
 /// When the file cannot be read as a plain file, as within an archive.
 pub(super) fn broken_values(path: &Path) -> std::io::Result<(Option<Broken>, usize)> {
-    let mut reader = BufReader::new(File::open(path)?);
+    let mut reader = BufReader::new(plain_file::open(path)?);
     let (mut bytes, mut in_header, mut nan_is_nodata) = (Vec::new(), true, false);
     let (mut index, mut broken) = (0, None::<Broken>);
     while reader.read_until(b'\n', &mut bytes)? > 0 {

@@ -7,7 +7,7 @@ use gdal::spatial_ref::SpatialRef;
 
 use super::{PLAUSIBLE_ELEVATION, SurveyPoint};
 use crate::error::{Problem, ProblemKind, input_error};
-use crate::geodata::{Table, TextError, read_text, readable_file};
+use crate::geodata::{Table, TextError, read_text_within, readable_file};
 use crate::math::Vec2;
 use crate::vector;
 
@@ -24,17 +24,17 @@ pub struct SurveyFile {
 /// Names of columns and attributes that hold the elevation.
 const ELEVATION_NAMES: [&str; 6] = ["z", "elevation", "height", "level", "bed", "alt"];
 
-/// Reads survey points.
+/// Reads survey points of which text takes no more than its share of the memory limit (bytes).
 ///
 /// # Errors
 /// The problem, without key and place.
-pub fn read_survey(path: &Path) -> Result<SurveyFile, Problem> {
+pub fn read_survey(path: &Path, memory: f64) -> Result<SurveyFile, Problem> {
     readable_file(path)?;
     let is_vector = path.extension().is_some_and(|e| {
         let e = e.to_string_lossy().to_lowercase();
         ["shp", "gpkg", "geojson", "json", "gml", "kml", "fgb", "sqlite", "dxf", "gdb"].contains(&e.as_str())
     });
-    let (points, crs) = if is_vector { from_vector(path)? } else { (from_text(path)?, None) };
+    let (points, crs) = if is_vector { from_vector(path)? } else { (from_text(path, memory)?, None) };
     if points.is_empty() {
         return Err(input_error("no-points", format!("{} holds no survey point", path.display()))
             .with_remedy("give it lines with x, y and z"));
@@ -44,9 +44,17 @@ pub fn read_survey(path: &Path) -> Result<SurveyFile, Problem> {
     Ok(SurveyFile { points, crs, warnings })
 }
 
-fn from_text(path: &Path) -> Result<Vec<SurveyPoint>, Problem> {
+fn from_text(path: &Path, memory: f64) -> Result<Vec<SurveyPoint>, Problem> {
+    /// Memory of a text while its numbers are read, over its length.
+    const OF_TEXT: f64 = 8.0;
     let name = path.display();
-    let text = read_text(path).map_err(|error| {
+    let text = read_text_within(path, (memory / OF_TEXT) as u64).map_err(|error| {
+        if matches!(&error, TextError::Io(cause) if cause.kind() == std::io::ErrorKind::FileTooLarge) {
+            let message = format!("the points of {name} need more memory than the limit of {:.1} GB", memory / 1e9);
+            return Problem::error(ProblemKind::Limit, "memory-limit", "", message)
+                .with_cause(format!("unpacked {error}"))
+                .with_remedy("thin the points out, make a raster of them, or raise `limits.memory`");
+        }
         let code = if matches!(error, TextError::NotText) { "not-a-survey" } else { "unreadable-file" };
         input_error(code, format!("{name} is no survey of points x y z"))
             .with_cause(error.to_string())
@@ -168,7 +176,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(name);
         std::fs::write(&path, content).unwrap();
-        read_survey(&path)
+        read_survey(&path, 1e9)
     }
 
     #[test]

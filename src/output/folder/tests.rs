@@ -100,3 +100,36 @@ fn of_several_runs_that_start_at_once_one_gets_the_folder() {
         }
     }
 }
+
+#[test]
+fn nothing_is_written_through_a_link() {
+    use std::os::unix::fs::symlink;
+    let place = tempfile::tempdir().unwrap();
+    let (other, path) = (place.path().join("other"), place.path().join("out"));
+    let is_whole = || fs::read_to_string(&other).unwrap() == "years of work";
+    fs::write(&other, "years of work").unwrap();
+    fs::create_dir(&path).unwrap();
+    symlink(&other, path.join(HOLD)).unwrap();
+    let (message, exit_code) = refused(RunFolder::create(&path, false));
+    assert!(exit_code == ExitCode::Output && is_whole(), "{message}");
+    fs::remove_file(path.join(HOLD)).unwrap();
+    for name in [".unfinished.probe", ".unfinished.run.json", ".unfinished.ended.json"] {
+        symlink(&other, path.join(name)).unwrap();
+    }
+    let folder = RunFolder::create(&path, true).unwrap();
+    symlink(&other, path.join(".unfinished.run.json")).unwrap();
+    folder.write("run.json", b"{\n  \"status\": \"running\"\n}").unwrap();
+    symlink(&other, path.join(".unfinished.ended.json")).unwrap();
+    super::super::file_records::mark_ended(&path, "failed", 8);
+    assert!(is_whole() && fs::read_to_string(path.join("run.json")).unwrap().contains("failed"));
+    drop(folder);
+    // Nor are files deleted and written in a folder elsewhere.
+    fs::create_dir(place.path().join("tables")).unwrap();
+    fs::write(place.path().join("tables/gauges.csv"), "mine").unwrap();
+    symlink(place.path().join("tables"), path.join("tables")).unwrap();
+    for result in [RunFolder::create(&path, true), RunFolder::reopen(&path)] {
+        let (message, _) = refused(result);
+        assert!(message.contains("`tables` in it is a link"), "{message}");
+    }
+    assert!(place.path().join("tables/gauges.csv").exists());
+}

@@ -2,6 +2,7 @@
 
 use super::super::grid::FILL;
 use super::variables::{MapClass, MapKind, MapVariable};
+use crate::error::plain_name;
 
 /// Upper limits of the classes of depth (m), of speed (m/s) and of depth times speed (m²/s); below the first nothing is drawn.
 const DEPTHS: [f64; 7] = [0.01, 0.3, 0.5, 1.0, 2.0, 4.0, 8.0];
@@ -125,7 +126,7 @@ fn hexadecimal([red, green, blue]: [u8; 3]) -> String {
 }
 
 fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    plain_name(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 /// What a layer of the GeoPackage is drawn as.

@@ -4,7 +4,8 @@ use super::super::Gauge;
 use super::super::PassageRecord;
 use super::super::folder::{RunFolder, write_lines};
 use super::super::recording::Recording;
-use crate::error::Error;
+use crate::csv::inert;
+use crate::error::{Error, plain_name};
 
 /// Writes `gauges.csv` and `gauge_series.csv` into `tables/`.
 ///
@@ -120,13 +121,10 @@ pub(super) fn decimals(least: usize, values: impl Iterator<Item = f64>) -> usize
     least.max((DIGITS - 1 - leading).max(0) as usize)
 }
 
-/// A text field, quoted where it must be.
+/// A text field that no spreadsheet computes, quoted where it must be.
 pub(super) fn text(value: &str) -> String {
-    if value.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", value.replace('"', "\"\""))
-    } else {
-        value.to_string()
-    }
+    let value = inert(&plain_name(value));
+    if value.contains([',', '"', '\n', '\r']) { format!("\"{}\"", value.replace('"', "\"\"")) } else { value }
 }
 
 #[cfg(test)]
@@ -156,5 +154,6 @@ mod tests {
         assert_eq!(number(Some(-1.5), 1), "-1.5");
         assert_eq!((number(Some(f64::NAN), 2), number(None, 2)), (String::new(), String::new()));
         assert_eq!(text("mill, \"old\""), "\"mill, \"\"old\"\"\"");
+        assert_eq!((text("=A1").as_str(), text("a\u{1b}[31m\tb").as_str()), ("'=A1", "a\u{fffd}[31m b"));
     }
 }

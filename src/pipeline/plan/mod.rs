@@ -30,7 +30,7 @@ use super::disk::Cells;
 use super::memory::MemoryWatch;
 use super::seeding::seeding_warnings;
 use super::stages::{flow_problem, recorder_of, recorder_plan};
-use super::{cores, part, room, thread_pool};
+use super::{admit, cores, part, room, thread_pool};
 use crate::error::{Error, Problem, ProblemKind};
 use crate::output::{ChoiceRecord, LevelRecord, OutputGrid, PartRecord, write_level_layer};
 use crate::prepare::{Runnable, Setup, prepare};
@@ -109,6 +109,7 @@ pub fn plan(scenario: &Scenario, options: &PlanOptions) -> Result<Plan, Error> {
     if let Some(layer) = &options.layer {
         check_layer(layer)?;
     }
+    admit(scenario)?;
     thread_pool(options.threads)?.install(|| plan_on_threads(scenario, options.layer.as_deref()))
 }
 

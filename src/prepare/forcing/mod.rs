@@ -19,6 +19,7 @@ use crate::output::Section;
 use crate::prepare::findings::Findings;
 use crate::prepare::grid::REACH;
 use crate::prepare::places;
+use crate::prepare::series_rows;
 use crate::prepare::tables::dates::Origin;
 use crate::prepare::tables::rows::{self, Meaning};
 use crate::prepare::tables::series;
@@ -69,6 +70,9 @@ pub fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> 
         .as_ref()
         .and_then(|source| Some((source, places::features(source, crs, scenario.reproject, findings)?)))
         .map_or_else(Vec::new, |(source, features)| sections::sections(source, &features, findings));
+    if let Some(source) = &scenario.outputs.sections {
+        series_rows::check(source, sections.len(), scenario, findings);
+    }
     Opened { boundaries, sources, rain, placed: Vec::new(), sections }
 }
 

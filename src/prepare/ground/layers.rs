@@ -38,7 +38,9 @@ pub fn open(scenario: &Scenario, findings: &mut Findings) -> (Option<Crs>, Optio
     for source in &scenario.layers {
         let file = match &source.value {
             TerrainLayer::Raster { path, .. } => RasterFile::open(path).map(|file| Opened::Raster(source, file)),
-            TerrainLayer::Points { path, .. } => read_survey(path).map(|file| Opened::Survey(source, file)),
+            TerrainLayer::Points { path, .. } => {
+                read_survey(path, scenario.limits.memory).map(|file| Opened::Survey(source, file))
+            }
         };
         opened.extend(findings.take(source, file));
     }
@@ -366,13 +368,8 @@ fn read_points(
     }
     points.iter_mut().for_each(|point| point.elevation += offset);
     let survey = Survey::new(points, *interpolation, *max_gap).map_err(|cause| {
-        Problem::error(
-            ProblemKind::Input,
-            "no-surface",
-            "",
-            format!("the points of {} make no surface", path.display()),
-        )
-        .with_cause(cause)
+        let message = format!("the points of {} make no surface", path.display());
+        Problem::error(ProblemKind::Input, "no-surface", "", message).with_cause(cause)
     });
     let survey = findings.take(source, survey)?;
     let Some(clip) = clip else { return Some(survey) };

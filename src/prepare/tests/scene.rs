@@ -102,7 +102,7 @@ pub(super) fn scenario(resolution: f64) -> Scenario {
             constants: crate::scenario::Constants::DEFAULT,
             sleeps: true,
         },
-        limits: Limits { memory: 4e9, disk: None, particles: 5e7, checkpoint: None },
+        limits: Limits { memory: 4e9, disk: None, particles: 5e7, checkpoint: None, allow_remote: false },
     }
 }
 

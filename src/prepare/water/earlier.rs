@@ -15,6 +15,7 @@ use crate::error::{Problem, ProblemKind, input_error};
 use crate::gate::Gate;
 use crate::math::Vec2;
 use crate::output::{OutputCrs, SetBy};
+use crate::plain_file;
 use crate::prepare::findings::Findings;
 use crate::prepare::ground::gaps::around;
 use crate::prepare::ground::{Changes, Ground};
@@ -38,7 +39,7 @@ const TOLD_VOLUME: f64 = 1e-3;
 /// The `run.json` beside the fields of an earlier run, and its path; null where there is none.
 fn run_beside(fields: &Path) -> (PathBuf, serde_json::Value) {
     let file = fields.with_file_name("run.json");
-    let text = std::fs::read_to_string(&file).unwrap_or_default();
+    let text = plain_file::read_to_string(&file).unwrap_or_default();
     (file, serde_json::from_str(&text).unwrap_or_default())
 }
 

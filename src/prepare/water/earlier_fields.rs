@@ -7,6 +7,7 @@ use crate::geodata::{readable_file, same_horizontal, spatial_ref};
 use crate::lattice::Lattice;
 use crate::math::{Rectangle, Vec2};
 use crate::output::OutputCrs;
+use crate::plain_file;
 use crate::prepare::water::earlier_cells::{Between, Laid};
 use crate::prepare::water::earlier_state::{Frame, State};
 use crate::scenario::EarlierRun;
@@ -25,7 +26,7 @@ fn not_fields(path: &Path, cause: String) -> Problem {
 
 /// Whether the run beside which a file is to stand left the frames out.
 fn is_left_out(path: &Path) -> bool {
-    let summary = std::fs::read_to_string(path.with_file_name("run.json")).ok();
+    let summary = plain_file::read_to_string(path.with_file_name("run.json")).ok();
     let summary: Option<serde_json::Value> = summary.and_then(|text| serde_json::from_str(&text).ok());
     let parts = summary.as_ref().and_then(|summary| summary["not_written"].as_array());
     !path.exists() && parts.is_some_and(|parts| parts.iter().any(|part| part == "fields"))

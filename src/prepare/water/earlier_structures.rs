@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use crate::checksum;
 use crate::error::{Problem, ProblemKind};
+use crate::plain_file;
 use crate::scenario::Scenario;
 use crate::scenario::tree::{Node, Value, parse};
 
@@ -20,7 +21,7 @@ struct Built {
 /// round; nothing where there is no such file.
 pub fn other_structures(scenario: &Scenario, fields: &Path) -> Option<Problem> {
     let file = fields.with_file_name("scenario.resolved.yaml");
-    let there = all_built(&std::fs::read_to_string(&file).ok()?, &file)?;
+    let there = all_built(&plain_file::read_to_string(&file).ok()?, &file)?;
     let mut here = all_built(&scenario.to_yaml(), &scenario.file)?;
     let checksums = checksums(&fields.with_file_name("run.json"));
     let (mut gone, mut changed) = (Vec::new(), Vec::new());
@@ -96,7 +97,7 @@ fn built(kind: &str, node: &Node) -> Built {
 
 /// The input files of a run and their checksums, as its `run.json` has them; none where there is none.
 fn checksums(run: &Path) -> Vec<(PathBuf, String)> {
-    let text = std::fs::read_to_string(run).unwrap_or_default();
+    let text = plain_file::read_to_string(run).unwrap_or_default();
     let run: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
     let of = |input: &serde_json::Value| Some((input["path"].as_str()?.into(), input["sha256"].as_str()?.to_owned()));
     run["inputs"].as_array().into_iter().flatten().filter_map(of).collect()

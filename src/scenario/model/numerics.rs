@@ -89,4 +89,6 @@ pub struct Limits {
     pub particles: f64,
     /// Time between two checkpoints (s of the clock on the wall); none for no checkpoints.
     pub checkpoint: Option<f64>,
+    /// Whether inputs may come from a network or an archive, and VRTs name files from elsewhere.
+    pub allow_remote: bool,
 }

@@ -28,6 +28,9 @@ section! {
         /// Wall-clock time between two checkpoints, from which `floodsim resume` goes on; `off` for none; 10 min when absent. From 10 min on they take
         /// 2 % of the run at most: where one takes long, the next comes later.
         checkpoint: Option<CheckpointInterval>,
+        /// Whether rasters and vector files may be read from a network or an archive (`/vsicurl/`, `/vsizip/` and the like), and a VRT may name
+        /// these or files outside of its folder and that of the scenario; `false` when absent. Codes: foreign-file, no-checksum.
+        allow_remote: Option<bool>,
     }
 }
 
@@ -65,8 +68,8 @@ impl JsonSchema for CheckpointInterval {
 }
 
 pub(super) fn resolved(section: Option<LimitsSection>) -> Limits {
-    let section = section.unwrap_or(LimitsSection { memory: None, disk: None, particles: None, checkpoint: None });
-    let LimitsSection { memory, disk, particles, checkpoint } = section;
+    let none = LimitsSection { memory: None, disk: None, particles: None, checkpoint: None, allow_remote: None };
+    let LimitsSection { memory, disk, particles, checkpoint, allow_remote } = section.unwrap_or(none);
     let machine = machine_memory();
     Limits {
         memory: memory.map_or((MEMORY_SHARE * machine).floor(), |memory| memory.value().min(machine)),
@@ -77,6 +80,7 @@ pub(super) fn resolved(section: Option<LimitsSection>) -> Limits {
             Some(CheckpointInterval::Every(time)) => Some(time.value()),
             None => Some(CHECKPOINT),
         },
+        allow_remote: allow_remote.unwrap_or(false),
     }
 }
 
@@ -86,4 +90,5 @@ pub(super) fn written(limits: &Limits) -> Section {
         .with_some("disk", limits.disk.map(|disk| quantity(disk, "B")))
         .with("particles", limits.particles)
         .with("checkpoint", limits.checkpoint.map_or_else(|| "off".into(), |every| quantity(every, "s")))
+        .with("allow_remote", limits.allow_remote)
 }

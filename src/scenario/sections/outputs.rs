@@ -29,7 +29,7 @@ section! {
         /// the finest one of levels, when absent. Codes: finer-than-resolution, no-finer-raster.
         cell: Option<MapCell>,
         /// Interval of the frames in `fields.nc` and of the profiles of channels; a fortieth of the run, rounded, when absent.
-        /// Codes: longer-than-run.
+        /// Codes: longer-than-run, too-many-outputs.
         every: Option<Quantity<Duration>>,
         /// CSV with the columns `id,x,y` (further ones are kept), or a file of points; none when absent. Codes:
         /// gauges-outside-terrain, gauge-outside-terrain, gauge-on-nodata, duplicate-gauge, bad-gauge-line, no-gauges.
@@ -38,7 +38,7 @@ section! {
         /// section-outside, section-on-edge, section-short, duplicate-section, no-lines, method-combination.
         sections: Option<VectorFile>,
         /// Interval of the series of gauges and cross-sections; a tenth of `every`, but at least 1 s (`every` where that is
-        /// shorter), when absent. Codes: longer-than-run.
+        /// shorter), when absent. Codes: longer-than-run, too-many-outputs.
         gauges_every: Option<Quantity<Duration>>,
         /// What counts as arrival; the depths 0.01, 0.10 and 0.30 m, and a rise of 0.10 m on water, when absent.
         arrival: Option<ArrivalSection>,
@@ -100,7 +100,12 @@ section! {
     }
 }
 
-/// Warns of intervals of the outputs longer than the run, and of cells finer than what was computed.
+/// Frames of a run at most: every 5 min for a year.
+const MOST_FRAMES: f64 = 1.1e5;
+/// Times of the series of a run at most: every 30 s for a year.
+const MOST_SAMPLES: f64 = 1.1e6;
+
+/// Warns of intervals of the outputs longer than the run, refuses too short ones, and warns of cells finer than what was computed.
 pub(super) fn tell_of_outputs(node: &Node, reader: &mut Reader) {
     let Some(outputs) = node.get("outputs") else { return };
     let quantity = |node: Option<&Node>, dimension: &Dimension| match &node?.value {
@@ -115,6 +120,15 @@ pub(super) fn tell_of_outputs(node: &Node, reader: &mut Reader) {
             let message =
                 format!("this interval is longer than the run: the only {what} are those of its start and its end");
             reader.warning(interval, "longer-than-run", message, "give a shorter interval, or leave it out");
+        }
+        let most = if key == "every" { MOST_FRAMES } else { MOST_SAMPLES };
+        if let Some(interval) = outputs.get(key)
+            && let Some((seconds, end)) = quantity(Some(interval), &TIME).zip(end)
+            && end / seconds > most
+        {
+            let message = format!("{:.3e} {what} are more than {most:.0}, the most there can be", end / seconds);
+            let remedy = format!("give an interval of {:.3} s or more", (end / most * 1e3).ceil() / 1e3);
+            reader.error(interval, "too-many-outputs", message, remedy);
         }
     }
     let is_written = |part: &str| match outputs.get("write").map(|list| &list.value) {

@@ -21,7 +21,7 @@ use super::{
     boundaries, breach, channel, channels_alone, ground, initial, limits, moving_bed, numerics, outputs, rain,
     resolution, roughness, sources, terrain, tracers,
 };
-use crate::error::{Problem, ProblemKind};
+use crate::error::{Problem, ProblemKind, plain_name};
 use crate::scenario::fields::{DateTime, EndTime, FormatVersion, Quantity, Text};
 use crate::scenario::methods::{Formulation, Motion};
 use crate::scenario::model::{CrsChoice, Reading, Scenario, Sourced};
@@ -196,7 +196,7 @@ section! {
 }
 
 pub(in crate::scenario) fn fill_in(written: ScenarioFile, file: &Path) -> Scenario {
-    let name = scenario_name(file);
+    let name = plain_name(&scenario_name(file));
     let end_time = written.time.end.value();
     let (resolution, levels, auto) = resolution::resolved(written.resolution);
     let has_terrain = written.terrain.is_some();

@@ -12,14 +12,14 @@ use std::path::Path;
 
 use gdal::raster::{GdalDataType, ResampleAlg};
 use gdal::spatial_ref::{AxisMappingStrategy, SpatialRef};
-use gdal::{Dataset, DatasetOptions, GdalOpenFlags, GeoTransform, Metadata};
+use gdal::{Dataset, GeoTransform, Metadata};
 
 use super::Raster;
 use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::cf_axes::{self, gdal_name, raster_variables, split_variable};
 use crate::geodata::cf_heights::{Said, check_spacing, said_of};
 use crate::geodata::{
-    Crs, CrsProblem, capture, describe, is_metric, readable_file, same_horizontal, spatial_ref, suggested_utm,
+    Crs, CrsProblem, capture, describe, is_metric, open, readable_file, same_horizontal, spatial_ref, suggested_utm,
     transform,
 };
 use crate::math::{Rectangle, Vec2};
@@ -149,18 +149,15 @@ impl RasterFile {
     pub fn open_as(path: &Path, gdal_name: &Path) -> Result<RasterFile, Problem> {
         keep_cache_small();
         let name = path.display();
-        let options = DatasetOptions {
-            open_flags: GdalOpenFlags::GDAL_OF_RASTER | GdalOpenFlags::GDAL_OF_VERBOSE_ERROR,
-            // What a file calls invalid is taken out here, where it can be counted and reported.
-            open_options: cf_axes::is_netcdf(path).then_some(&["HONOUR_VALID_RANGE=NO"]),
-            ..DatasetOptions::default()
-        };
-        let (result, messages) = capture(|| Dataset::open_ex(gdal_name, options));
+        // What a file calls invalid is taken out here, where it can be counted and reported.
+        let options = cf_axes::is_netcdf(path).then_some(&["HONOUR_VALID_RANGE=NO"][..]);
+        let (result, messages) = capture(|| open::raster(gdal_name, options));
         let dataset = result.map(|dataset| Closing(Some(dataset))).map_err(|_| {
             because(input_error("not-a-raster", format!("{name} is not a raster that GDAL can read")), messages)
-                .with_remedy(
-                    "name a GeoTIFF, an ESRI ASCII grid or another raster; `gdalinfo FILE` shows whether GDAL reads it",
-                )
+                .with_remedy(format!(
+                    "name a GeoTIFF, an ESRI ASCII grid or another raster of the drivers {}; `gdal_translate` makes one of most others",
+                    open::RASTER.join(", ")
+                ))
         })?;
         if dataset.raster_count() == 0 {
             return Err(no_band(path, is_netcdf(&dataset)));
