@@ -189,7 +189,7 @@ impl Reader {
 
     /// Of several keys of an entry, the one that is there; reports none or more than one.
     pub fn exactly_one<'a>(&mut self, node: &Node, names: &[&'a str]) -> Option<&'a str> {
-        let found: Vec<&str> = names.iter().copied().filter(|name| node.get(name).is_some()).collect();
+        let found: Vec<&str> = names.iter().copied().filter(|name| node.has(name)).collect();
         match found[..] {
             [one] => Some(one),
             [] => {
