@@ -9,6 +9,7 @@ use crate::error::{Problem, ProblemKind};
 use crate::lattice::Lattice;
 use crate::math::{Rectangle, Vec2, in_bytes, readable};
 use crate::prepare::GapReport;
+use crate::prepare::findings::Findings;
 use crate::prepare::ground::gaps;
 use crate::scenario::{Limits, Part, Side};
 use crate::solver::OpenEdges;
@@ -252,6 +253,20 @@ pub(super) fn faces_opened(pieces: &mut Pieces, edges: &[EdgeFace], lattice: &La
     let nearest = (0..edges.len()).filter_map(distance).min_by(|a, b| a.0.total_cmp(&b.0));
     pieces.extend(nearest.map(|(_, index)| [edges[index].middle; 2]));
     nearest.into_iter().map(|(_, index)| index).collect()
+}
+
+/// Refuses cells of the maps (m) that are wider than the terrain: its water would not be on them.
+pub(super) fn check_map_cells(cell: f64, lattice: &Lattice, findings: &mut Findings) {
+    let size = lattice.size();
+    if cell > size.x.max(size.y) {
+        let message = format!("map cells of {cell} m are wider than the terrain of {:.0} m by {:.0} m", size.x, size.y);
+        let problem = Problem::error(ProblemKind::Scenario, "resolution-too-coarse", "", message);
+        findings.add_at(
+            "outputs.cell",
+            None,
+            problem.with_remedy("correct the length and its unit, or leave `cell` out"),
+        );
+    }
 }
 
 #[cfg(test)]
