@@ -194,7 +194,9 @@ impl Reader {
             [one] => Some(one),
             [] => {
                 let message = format!("an entry here needs one of the keys {}", names.join(", "));
-                self.error(node, "missing-key", message, format!("add for example `{}: ...`", names[0]));
+                // A key that is there without a value is the one that is meant.
+                let meant = names.iter().find_map(|name| node.get(name)).unwrap_or(node);
+                self.error(meant, "missing-key", message, format!("add for example `{}: ...`", names[0]));
                 None
             }
             _ => {

@@ -120,9 +120,9 @@ fn channels_that_do_not_fit_themselves_or_each_other() {
 #[test]
 fn keys_without_a_value_are_no_keys() {
     assert_found(&[
-        ("rain: {raster: , unit: mm/h}", &[], 3, "error[missing-key] rain"),
+        ("rain: {raster: , unit: mm/h}", &[], 3, "error[missing-key] rain.raster"),
         ("boundaries: [{side: west, discharge: }]", &[], 3, "error[missing-key] boundaries[0]"),
-        ("initial: [{reservoir: , level: 5 m}]", &[], 3, "error[missing-key] initial[0]"),
+        ("initial: [{reservoir: , level: 5 m}]", &[], 3, "error[missing-key] initial[0].reservoir"),
     ]);
 }
 
