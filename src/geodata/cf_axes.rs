@@ -56,7 +56,7 @@ pub fn split_variable(path: &Path) -> (PathBuf, Option<String>) {
 
 /// The variables of a file that may be rasters: those of two dimensions or more, but bounds of an axis.
 pub fn raster_variables(path: &Path) -> Vec<String> {
-    let Ok(file) = netcdf::open(path) else { return Vec::new() };
+    let Ok(file) = crate::geodata::netcdf_file::open(path) else { return Vec::new() };
     let bounds: Vec<String> = file.variables().filter_map(|variable| text_of(&variable, "bounds")).collect();
     let names = file.variables().filter(|variable| variable.dimensions().len() >= 2).map(|variable| variable.name());
     names.filter(|name| !bounds.contains(name)).collect()

@@ -6,6 +6,7 @@ pub mod cf_heights;
 pub mod cf_valid;
 mod crs;
 mod messages;
+pub mod netcdf_file;
 pub mod open;
 mod text;
 mod unwrapped;

@@ -9,6 +9,7 @@ use crate::error::{Problem, ProblemKind};
 use crate::lattice::Lattice;
 use crate::math::{Rectangle, Vec2, in_bytes, readable};
 use crate::prepare::GapReport;
+use crate::prepare::findings::Findings;
 use crate::prepare::ground::gaps;
 use crate::scenario::{Limits, Part, Side};
 use crate::solver::OpenEdges;
@@ -106,17 +107,8 @@ pub(super) fn check_particles([bed, fluid, in_channels]: [usize; 3], spacing: f6
     })
 }
 
-/// The problem of a run that needs more memory (bytes) than its limit.
-pub(super) fn check_memory(memory: f64, spacing: f64, limits: &Limits) -> Option<Problem> {
-    (memory > limits.memory).then(|| {
-        let message =
-            format!("the run needs about {} of memory; the limit is {}", in_bytes(memory), in_bytes(limits.memory));
-        Problem::error(ProblemKind::Limit, "memory-limit", "", message).with_remedy(for_memory(memory, spacing, limits))
-    })
-}
-
 /// The remedy of a run that needs more memory (bytes) than its limit.
-fn for_memory(memory: f64, spacing: f64, limits: &Limits) -> String {
+pub(super) fn for_memory(memory: f64, spacing: f64, limits: &Limits) -> String {
     let for_cells = limits.memory - BYTES_OF_PROGRAM;
     if for_cells > 0.0 {
         coarser(spacing, (memory - BYTES_OF_PROGRAM) / for_cells, "limits.memory")
@@ -256,6 +248,20 @@ pub(super) fn faces_opened(pieces: &mut Pieces, edges: &[EdgeFace], lattice: &La
     let nearest = (0..edges.len()).filter_map(distance).min_by(|a, b| a.0.total_cmp(&b.0));
     pieces.extend(nearest.map(|(_, index)| [edges[index].middle; 2]));
     nearest.into_iter().map(|(_, index)| index).collect()
+}
+
+/// Refuses cells of the maps (m) that are wider than the terrain: its water would not be on them.
+pub(super) fn check_map_cells(cell: f64, lattice: &Lattice, findings: &mut Findings) {
+    let size = lattice.size();
+    if cell > size.x.max(size.y) {
+        let message = format!("map cells of {cell} m are wider than the terrain of {:.0} m by {:.0} m", size.x, size.y);
+        let problem = Problem::error(ProblemKind::Scenario, "resolution-too-coarse", "", message);
+        findings.add_at(
+            "outputs.cell",
+            None,
+            problem.with_remedy("correct the length and its unit, or leave `cell` out"),
+        );
+    }
 }
 
 #[cfg(test)]

@@ -4,8 +4,10 @@ use super::findings::Findings;
 use super::grid::{BYTES_OF_PROGRAM, BYTES_PER_MOVING_CELL, BYTES_PER_SAMPLE};
 use super::{BYTES_PER_CELL, BYTES_PER_FLUID_PARTICLE, Needs, grid, ground};
 use crate::bed::BedParticles;
-use crate::scenario::Scenario;
+use crate::error::{Problem, ProblemKind};
+use crate::math::in_bytes;
 use crate::scenario::methods::Core;
+use crate::scenario::{Limits, Scenario};
 use crate::seeding::StillWater;
 use crate::solver::Channel;
 
@@ -35,9 +37,19 @@ pub(super) fn needs(
         + pixels as f64 * ground::BYTES_PER_PIXEL;
     let counts = [bed_particles, fluid, channel_strips];
     let (spacing, limits) = (bed.lattice.spacing, &scenario.limits);
-    let beyond = grid::check_particles(counts, spacing, limits).or_else(|| grid::check_memory(memory, spacing, limits));
+    let beyond = grid::check_particles(counts, spacing, limits).or_else(|| check_memory(memory, spacing, limits));
     if let Some(problem) = beyond {
         findings.add(&scenario.resolution, problem);
     }
     Needs { bed_particles, channel_particles, channel_strips, wet_cells, memory }
+}
+
+/// The problem of a run that needs more memory (bytes) than its limit.
+fn check_memory(memory: f64, spacing: f64, limits: &Limits) -> Option<Problem> {
+    (memory > limits.memory).then(|| {
+        let message =
+            format!("the run needs about {} of memory; the limit is {}", in_bytes(memory), in_bytes(limits.memory));
+        Problem::error(ProblemKind::Limit, "memory-limit", "", message)
+            .with_remedy(grid::for_memory(memory, spacing, limits))
+    })
 }

@@ -104,6 +104,7 @@ pub(super) fn place(
 ) -> Option<Setup> {
     let lattice = grid::lattice(terrain, scenario.reading.part, scenario.resolution.value, &scenario.limits);
     let lattice = findings.take(&scenario.resolution, lattice)?;
+    grid::check_map_cells(scenario.outputs.cell, &lattice, findings);
     place_on(scenario, terrain, files, lattice, findings)
 }
 
@@ -208,6 +209,7 @@ fn water_brought(
     let mut forcing = forcing::on_lattice(&mut files.forcing, scenario, bed, findings);
     let channels;
     (forcing.channels, channels) = channels::on_lattice(std::mem::take(&mut files.reaches), scenario, bed, findings);
+    channels::check_boundaries(&files.forcing.placed, &forcing.channels, scenario, &bed.lattice, findings);
     (forcing, channels)
 }
 

@@ -138,8 +138,8 @@ pub(super) const GROUP: Group = Group {
         ),
         either(
             "resolution-too-coarse",
-            "Too few cells represent the terrain or a body of water. None for the water is an error, few are a warning.",
-            "Choose a finer `resolution`.",
+            "Too few cells represent the terrain, its maps or a body of water. None for the water is an error, few are a warning.",
+            "Choose a finer `resolution`, or a smaller `outputs.cell`.",
         ),
         warning(
             "ridge-in-cell",

@@ -126,7 +126,7 @@ kinds! {
     /// A slope of the sides of a breach (dimensionless, horizontal to vertical).
     SideSlope: NUMBER, "1.0", "between 0 (vertical) and 10, horizontal to vertical", |value| (0.0..=10.0).contains(&value);
     /// The end of a run (s).
-    EndTime: TIME, "1 h 30 min", "greater than 0 and at most 366 d", |value| value > 0.0 && value <= 366.0 * 86_400.0;
+    EndTime: TIME, "1 h 30 min", "from 0.001 s to 366 d", |value| (1e-3..=366.0 * 86_400.0).contains(&value);
     /// A volume of water (m³).
     Volume: VOLUME, "9.8 Mm3", "greater than 0 and at most 1e15 m3", |value| value > 0.0 && value <= 1e15;
     /// A discharge (m³/s).

@@ -189,12 +189,14 @@ impl Reader {
 
     /// Of several keys of an entry, the one that is there; reports none or more than one.
     pub fn exactly_one<'a>(&mut self, node: &Node, names: &[&'a str]) -> Option<&'a str> {
-        let found: Vec<&str> = names.iter().copied().filter(|name| node.get(name).is_some()).collect();
+        let found: Vec<&str> = names.iter().copied().filter(|name| node.has(name)).collect();
         match found[..] {
             [one] => Some(one),
             [] => {
                 let message = format!("an entry here needs one of the keys {}", names.join(", "));
-                self.error(node, "missing-key", message, format!("add for example `{}: ...`", names[0]));
+                // A key that is there without a value is the one that is meant.
+                let meant = names.iter().find_map(|name| node.get(name)).unwrap_or(node);
+                self.error(meant, "missing-key", message, format!("add for example `{}: ...`", names[0]));
                 None
             }
             _ => {

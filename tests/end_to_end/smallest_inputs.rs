@@ -96,11 +96,14 @@ fn channels_that_do_not_fit_themselves_or_each_other() {
     let overlapping = ["a", "b"].map(|id| of(id, even, "100 m", 2060.0));
     let of_one_name = [2060.0, 2100.0].map(|from| of("a", even, "100 m", from));
     let sectioned = channels(&[of("a", "sections: x.csv", "100 m", 2060.0)]);
+    let behind = format!("boundaries: [{{line: inflow.geojson, discharge: 1 m3/s}}]\n{}", channels(&overlapping[..1]));
+    let inflow = drawn("inflow.geojson", "LineString", &["[[1000,2062],[1000,2078]]"]);
     let table = |rows: &str| [("x.csv", format!("distance_m,elevation_m,width_m\n{rows}\n"))];
     assert_found(&[
         (&channels(&short), &[], 3, "error[channel-short] channels[0].length"),
         (&channels(&high), &[], 0, "warning[channel-step] channels[0].joins.side"),
         (&channels(&overlapping), &[], 4, "error[channels-overlap] channels[1].joins.side"),
+        (&behind, &[inflow], 4, "error[overlapping-boundaries] boundaries[0]"),
         (&channels(&of_one_name), &[], 3, "error[duplicate-channel] channels[1].id"),
         (&sectioned, &table("0,20,0\n100,20,20"), 4, "error[section-closed] channels[0].sections"),
         (
@@ -112,6 +115,25 @@ fn channels_that_do_not_fit_themselves_or_each_other() {
         (&sectioned, &table("0,20,20\n0,21,20\n100,20,20"), 4, "error[section-rows] channels[0].sections"),
         (&sectioned, &table("0,20,20\n50,20,20"), 4, "error[sections-short] channels[0].sections"),
     ]);
+}
+
+#[test]
+fn keys_without_a_value_are_no_keys() {
+    assert_found(&[
+        ("rain: {raster: , unit: mm/h}", &[], 3, "error[missing-key] rain.raster"),
+        ("boundaries: [{side: west, discharge: }]", &[], 3, "error[missing-key] boundaries[0]"),
+        ("initial: [{reservoir: , level: 5 m}]", &[], 3, "error[missing-key] initial[0].reservoir"),
+    ]);
+}
+
+#[test]
+fn lengths_and_times_out_of_all_proportion() {
+    assert_found(&[("time: {end: 1e-308 s}", &[], 3, "error[range] time.end")]);
+    let header = "ncols 3\nnrows 3\nxllcorner 9\nyllcorner 47\ncellsize 0.00005\n";
+    let degrees = ("dem.asc", format!("{header}{}", "1 1 1\n".repeat(3)));
+    assert_found(&[("crs: EPSG:25832", &[degrees], 4, "error[geographic-crs] terrain.layers[0].raster")]);
+    let wide = scene("outputs: {cell: 1 km}", &[]);
+    assert_check(wide.path(), 3, &["error[resolution-too-coarse] outputs.cell"]);
 }
 
 #[test]

@@ -15,7 +15,7 @@ use std::path::PathBuf;
 use crate::calendar::UtcTime;
 use crate::error::{Problem, input_error};
 use crate::geodata::cf_axes::{check_axes_are_known, check_order, gdal_name, is_netcdf, text_of};
-use crate::geodata::{Crs, readable_file};
+use crate::geodata::{Crs, netcdf_file, readable_file};
 use crate::prepare::findings::Findings;
 use crate::prepare::rain::Losses;
 use crate::prepare::rain::times::{self, Start, Times};
@@ -90,7 +90,7 @@ pub fn open(
 fn netcdf_series(asked: &Asked, reference: Option<UtcTime>) -> Result<(Times, Rasters, RainUnit), Problem> {
     let path = &asked.file.value.path;
     let name = path.display().to_string();
-    let file = netcdf::open(path).map_err(|cause| times::not_netcdf(&name, &cause))?;
+    let file = netcdf_file::open(path).map_err(|cause| times::not_netcdf(&name, &cause))?;
     let variable = rain_variable(&file, asked.file.value.layer.as_deref(), &name)?;
     check_order(&file, &variable, &name)?;
     check_axes_are_known(&file, &variable, &name)?;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::error::{Problem, input_error};
-use crate::geodata::{readable_file, same_horizontal, spatial_ref};
+use crate::geodata::{netcdf_file, readable_file, same_horizontal, spatial_ref};
 use crate::lattice::Lattice;
 use crate::math::{Rectangle, Vec2};
 use crate::output::OutputCrs;
@@ -46,7 +46,7 @@ pub fn open_fields(path: &Path) -> Result<netcdf::File, Problem> {
             .with_cause("it is written while a run goes on, and its last frame may be cut")
             .with_remedy("name the `fields.nc` of a run that ended"));
     }
-    netcdf::open(path).map_err(|cause| not_fields(path, cause.to_string()))
+    netcdf_file::open(path).map_err(|cause| not_fields(path, cause.to_string()))
 }
 
 /// All values of a variable of one dimension.

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crate::bed::BedParticles;
 use crate::error::{Problem, ProblemKind};
+use crate::geodata::netcdf_file;
 use crate::plain_file;
 use crate::prepare::water::earlier_cells::{Laid, SAME_PLACE};
 use crate::prepare::water::earlier_fields::values;
@@ -21,7 +22,7 @@ fn maps_beside(fields: &Path) -> PathBuf {
 fn of_maps(fields: &Path, name: &str, laid: &Laid) -> Option<Vec<f64>> {
     let maps = maps_beside(fields);
     plain_file::open(&maps).ok()?;
-    values(&netcdf::open(&maps).ok()?, name, (.., ..), &maps, laid).ok()
+    values(&netcdf_file::open(&maps).ok()?, name, (.., ..), &maps, laid).ok()
 }
 
 /// The edges (m) of the cells of a run on levels, in the order of the file of its fields, as `resolution` of its maps has them; nothing of a run on

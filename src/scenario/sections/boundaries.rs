@@ -66,7 +66,7 @@ pub const BOUNDARY_KINDS: [&str; 7] = ["type", "discharge", "level", "stage", "w
 
 fn check_boundary(node: &Node, reader: &mut Reader) -> Option<()> {
     let place = reader.exactly_one(node, &["side", "edge", "lines", "line"]);
-    let kinds: Vec<&str> = BOUNDARY_KINDS.into_iter().filter(|name| node.get(name).is_some()).collect();
+    let kinds: Vec<&str> = BOUNDARY_KINDS.into_iter().filter(|name| node.has(name)).collect();
     match kinds[..] {
         [] => {
             let message = "nothing is said of the water beyond this edge";
@@ -105,7 +105,7 @@ fn warn_of_level(node: &Node, reader: &mut Reader) {
 
 /// Refuses a level without a wave that has none.
 pub(super) fn check_still(node: &Node, reader: &mut Reader) -> Option<()> {
-    let Some(still) = node.get("still").filter(|_| node.get("wave").is_none()) else { return Some(()) };
+    let Some(still) = node.get("still").filter(|_| !node.has("wave")) else { return Some(()) };
     let remedy = "add `wave`, the level of the wave that comes in; for a level that is held write `stage`";
     reader.error(still, "conflict", "`still` goes with `wave`", remedy);
     None

@@ -70,12 +70,12 @@ impl FromNode for OneBreach {
 }
 
 fn check_breach(node: &Node, reader: &mut Reader) -> Option<()> {
-    if node.get("crest").is_some() && node.get("crest_field").is_some() {
+    if node.has("crest") && node.has("crest_field") {
         reader.error(node, "conflict", "`crest` and `crest_field` exclude each other", "keep one of the two");
         return None;
     }
     if let Some(method) = node.get("method")
-        && (node.get("shape").is_some() || node.get("growth").is_some())
+        && (node.has("shape") || node.has("growth"))
     {
         let remedy = "keep `method`, or `shape` and `growth` with the dimensions that you want";
         reader.error(method, "conflict", "`method` gives shape and growth itself", remedy);

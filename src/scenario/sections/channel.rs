@@ -60,7 +60,7 @@ section! {
 fn check_channel(node: &Node, reader: &mut Reader) -> Option<()> {
     let kind = reader.exactly_one(node, &["width", "sections"])?;
     let mut is_fit = true;
-    if kind == "width" && node.get("bed").is_none() {
+    if kind == "width" && !node.has("bed") {
         let remedy = "add `bed: 101.5 m`, the elevation of its bed where it joins the terrain";
         reader.error(node, "missing-key", "a rectangular channel needs the key `bed`", remedy);
         is_fit = false;
@@ -128,7 +128,7 @@ fn check_joint(node: &Node, reader: &mut Reader) -> Option<()> {
         reader.error(side, "range", "a channel joins one side", "write north, east, south or west");
         return None;
     }
-    if node.get("from").is_some() != node.get("to").is_some() {
+    if node.has("from") != node.has("to") {
         reader.error(node, "missing-key", "an opening has two ends", "give both `from` and `to`, or neither");
         return None;
     }
@@ -163,7 +163,7 @@ section! {
 fn check_end(node: &Node, reader: &mut Reader) -> Option<()> {
     let others = ["discharge", "stage", "wave", "normal_depth", "type"];
     if let Some(level) = node.get("level") {
-        let kinds: Vec<&str> = others.into_iter().filter(|name| node.get(name).is_some()).collect();
+        let kinds: Vec<&str> = others.into_iter().filter(|name| node.has(name)).collect();
         if !matches!(kinds[..], [] | ["discharge"]) {
             let message = format!("level and {} exclude each other at one end", kinds.join(" and "));
             let remedy = "keep one of them; only `discharge` and `level` go together, for supercritical inflow";

@@ -84,7 +84,7 @@ fn check_breakline(node: &Node, reader: &mut Reader) -> Option<()> {
 
 /// Refuses two keys beside each other.
 fn only_one(node: &Node, [first, second]: [&str; 2], reader: &mut Reader) -> Option<()> {
-    if node.get(first).is_some() && node.get(second).is_some() {
+    if node.has(first) && node.has(second) {
         let message = format!("`{first}` and `{second}` exclude each other");
         reader.error(node, "conflict", message, "keep one of the two");
         return None;

@@ -110,14 +110,14 @@ pub fn check_initial(node: &Node, reader: &mut Reader) -> Option<()> {
         }
     }
     for pair in [&amounts[..], &["width", "width_field"]] {
-        let found: Vec<&str> = pair.iter().copied().filter(|name| node.get(name).is_some()).collect();
+        let found: Vec<&str> = pair.iter().copied().filter(|name| node.has(name)).collect();
         if found.len() > 1 && found.iter().all(|name| allowed.contains(name)) {
             let list: Vec<String> = found.iter().map(|name| format!("`{name}`")).collect();
             reader.error(node, "conflict", format!("{} exclude each other", list.join(" and ")), "keep one of the two");
             is_fit = false;
         }
     }
-    if let Some(key) = needed.filter(|key| node.get(key).is_none()) {
+    if let Some(key) = needed.filter(|key| !node.has(key)) {
         let message = format!("a {kind} needs the key `{key}`");
         reader.error(node, "missing-key", message, format!("add for example `{key}: 0.8 m`"));
         is_fit = false;

@@ -47,7 +47,7 @@ fn check_moving_bed(node: &Node, reader: &mut Reader) -> Option<()> {
         }
     }
     for (name, example) in needed {
-        if node.get(name).is_none() {
+        if !node.has(name) {
             let message = format!("a slide needs the key `{name}`");
             reader.error(node, "missing-key", message, format!("add for example `{example}`"));
             is_fit = false;

@@ -108,7 +108,7 @@ fn check_layer(node: &Node, reader: &mut Reader) -> Option<()> {
             is_fit = false;
         }
     }
-    if kind == "points" && node.get("max_gap").is_none() {
+    if kind == "points" && !node.has("max_gap") {
         let remedy = "add `max_gap: 200 m`: the distance to the nearest point beyond which there is no terrain";
         reader.error(node, "missing-key", "survey points need the key `max_gap`", remedy);
         is_fit = false;

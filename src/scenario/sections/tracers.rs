@@ -202,7 +202,7 @@ fn check_named(root: &Node, from: &Node, reader: &mut Reader) -> bool {
             is_fit = false;
         }
     }
-    if let Some(rain) = from.get("rain").filter(|_| root.get("rain").is_none()) {
+    if let Some(rain) = from.get("rain").filter(|_| !root.has("rain")) {
         let remedy = "add `rain`, or take this entry out";
         reader.error(rain, "no-such-entry", "the scenario has no rain", remedy);
         is_fit = false;

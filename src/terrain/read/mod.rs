@@ -19,8 +19,8 @@ use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::cf_axes::{self, gdal_name, raster_variables, split_variable};
 use crate::geodata::cf_heights::{Said, check_spacing, said_of};
 use crate::geodata::{
-    Crs, CrsProblem, capture, describe, is_metric, open, readable_file, same_horizontal, spatial_ref, suggested_utm,
-    transform,
+    Crs, CrsProblem, capture, describe, is_metric, netcdf_file, open, readable_file, same_horizontal, spatial_ref,
+    suggested_utm, transform,
 };
 use crate::math::{Rectangle, Vec2};
 use dataset::{Closing, keep_cache_small};
@@ -78,9 +78,12 @@ fn is_netcdf(dataset: &Dataset) -> bool {
     dataset.driver().short_name() == "netCDF"
 }
 
+/// No raster on Earth has narrower cells (m).
+const LEAST_PIXEL: f64 = 1e-3;
+
 /// Refuses a NetCDF file without a variable of that name.
 fn check_variable(path: &Path, variable: &str) -> Result<(), Problem> {
-    if netcdf::open(path).is_ok_and(|file| file.variable(variable).is_none()) {
+    if netcdf_file::open(path).is_ok_and(|file| file.variable(variable).is_none()) {
         let message = format!("{} has no variable `{variable}`", path.display());
         return Err(input_error("no-variable", message)
             .with_cause(format!("it has {}", raster_variables(path).join(", ")))
@@ -106,8 +109,11 @@ fn no_band(path: &Path, is_netcdf: bool) -> Problem {
 /// Refuses a NetCDF variable that would be read transposed, at other places or in another unit of length; returns what it says of its values.
 fn look_at_variable(path: &Path, dataset: &Dataset, crs: Option<&SpatialRef>) -> Result<Said, Problem> {
     let Ok(band) = dataset.rasterband(1) else { return Ok(Said::default()) };
-    let (Some(variable), Ok(file)) = (band.metadata_item("NETCDF_VARNAME", ""), netcdf::open(path)) else {
-        return Ok(Said::default());
+    let Some(variable) = band.metadata_item("NETCDF_VARNAME", "") else { return Ok(Said::default()) };
+    let file = match netcdf_file::open(path) {
+        Ok(file) => file,
+        Err(netcdf::Error::Str(cause)) => return Err(netcdf_file::refused(path, cause)),
+        Err(_) => return Ok(Said::default()),
     };
     let Some(variable) = file.variable(&variable) else { return Ok(Said::default()) };
     let name = path.display().to_string();
@@ -344,6 +350,10 @@ impl RasterFile {
                 let code = if degrees { "geographic-crs" } else { "different-crs" };
                 return Err(input_error(code, format!("{name} has the CRS {}, the run has {}", describe(crs), describe(run)))
                     .with_remedy("set `terrain.reproject: true` to warp it to the CRS of the run, or warp it beforehand with `gdalwarp`"));
+            }
+            (Crs::Projected(_), None) if self.geo_transform[1].hypot(self.geo_transform[2]) < LEAST_PIXEL => {
+                let message = format!("{name} states no CRS, and cells narrower than a millimetre: degrees, perhaps");
+                return Err(input_error("geographic-crs", message).with_remedy("write its CRS: `gdal_edit.py -a_srs`"));
             }
             (Crs::Projected(run), None) => {
                 let message = format!("{name} states no CRS; its coordinates are taken as {}", describe(run));

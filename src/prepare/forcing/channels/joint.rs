@@ -1,12 +1,13 @@
 //! Where a channel joins the terrain: the faces of its opening, and whether the channel fits them.
 
 use crate::bed::BedParticles;
-use crate::boundary::{Channel, EdgeFace, edge_faces};
+use crate::boundary::{Channel, ChannelEnd, EdgeFace, edge_faces};
 use crate::error::{Problem, ProblemKind, input_error};
+use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::prepare::findings::Findings;
-use crate::scenario::Joint;
-use crate::scenario::{Side, Sourced};
+use crate::prepare::forcing::plausible::Placed;
+use crate::scenario::{Joint, Scenario, Side, Sourced};
 
 /// A step of the bed from the channel to the terrain of more than this share of the spacing is worth a warning.
 const STEP: f64 = 0.25;
@@ -98,5 +99,29 @@ pub fn check_joint(
             .with_remedy(format!("let the channel end at about {lowest:.2} m, if there is no step"))
             .with_at(at);
         findings.add(joint, problem);
+    }
+}
+
+/// Refuses boundaries with a condition at whose faces channels join, all of them: nothing would pass there.
+pub fn check_boundaries(
+    placed: &[Placed],
+    channels: &[Channel],
+    scenario: &Scenario,
+    lattice: &Lattice,
+    findings: &mut Findings,
+) {
+    let ends = channels.iter().filter_map(|channel| match &channel.near {
+        ChannelEnd::Joined(faces) => Some(faces),
+        _ => None,
+    });
+    let taken: Vec<Vec2> = ends.flatten().map(|face| face.middle).collect();
+    let is_taken = |face: &EdgeFace| taken.iter().any(|other| (*other - face.middle).norm() < 0.5 * lattice.spacing);
+    for boundary in placed.iter().filter(|boundary| boundary.faces.iter().all(is_taken)) {
+        let Some(first) = boundary.faces.first() else { continue };
+        let message = "channels join the terrain at all faces of this boundary: nothing passes it".to_owned();
+        let problem = input_error("overlapping-boundaries", message)
+            .with_remedy("take the boundary out, or let each part of the edge have one condition")
+            .with_at(lattice.to_map(first.middle));
+        findings.add(&scenario.boundaries[boundary.index], problem);
     }
 }

@@ -17,6 +17,7 @@ use crate::prepare::findings::Findings;
 use crate::prepare::forcing;
 use crate::scenario::Scenario;
 use crate::scenario::{Channel as Described, ChannelShape};
+pub use joint::check_boundaries;
 use section::{Row, Table, rows_at, strips};
 
 /// A channel of fewer particles is no channel.
