@@ -118,8 +118,15 @@ impl RunFolder {
             return Some(unwritable(path, "it is a file"));
         }
         if !path.exists() {
-            let parent = path.ancestors().skip(1).find(|parent| parent.exists())?;
-            return (!parent.is_dir()).then(|| unwritable(path, &format!("{} is a file", parent.display())));
+            let here = Path::new(".");
+            let parent = path.ancestors().skip(1).find(|parent| parent.exists()).unwrap_or(here);
+            if !parent.is_dir() {
+                return Some(unwritable(path, &format!("{} is a file", parent.display())));
+            }
+            return closed(parent).map(|cause| unwritable(path, &cause));
+        }
+        if let Some(cause) = closed(path) {
+            return Some(unwritable(path, &cause));
         }
         if is_held(path) { Some(in_use(path)) } else { RunFolder::look(path, overwrite) }
     }
@@ -286,6 +293,13 @@ fn remove_if_there(path: &Path) -> std::io::Result<()> {
         Err(cause) if cause.kind() != std::io::ErrorKind::NotFound => Err(cause),
         _ => Ok(()),
     }
+}
+
+/// Why no files can be made in a folder, where its permissions say so.
+fn closed(folder: &Path) -> Option<String> {
+    use rustix::fs::Access;
+    let refusal = rustix::fs::access(folder, Access::WRITE_OK | Access::EXEC_OK).err()?;
+    Some(format!("files can't be made in {}: {refusal}", folder.display()))
 }
 
 /// A folder of results that is a link, through which files elsewhere would be deleted and written.

@@ -19,7 +19,8 @@ fn free_space(folder: &Path) -> Option<f64> {
     let there = folder.ancestors().find(|ancestor| ancestor.exists() || ancestor.as_os_str().is_empty())?;
     let there = if there.as_os_str().is_empty() { Path::new(".") } else { there };
     let disk = rustix::fs::statvfs(there).ok()?;
-    Some(disk.f_bavail as f64 * disk.f_frsize as f64)
+    // A file system of the kernel's own, such as /proc, has no blocks.
+    (disk.f_blocks > 0).then_some(disk.f_bavail as f64 * disk.f_frsize as f64)
 }
 
 /// The size (bytes) of the files of a folder and of the folders in it.

@@ -28,7 +28,7 @@ pub(super) const GROUP: Group = Group {
         warning(
             "disk-may-fill",
             "By what `floodsim plan` knows, the run may take more of the disk than there is.",
-            "Make room before it. Where the disk fills, the run ends with its maps, and `floodsim resume` goes on.",
+            "Make room before it; where the disk fills, the run ends with its maps, and `floodsim resume` goes on.",
         ),
         error(
             "memory-limit",

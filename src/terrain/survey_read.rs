@@ -8,7 +8,7 @@ use gdal::spatial_ref::SpatialRef;
 use super::{PLAUSIBLE_ELEVATION, SurveyPoint};
 use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::{Table, TextError, read_text_within, readable_file};
-use crate::math::Vec2;
+use crate::math::{Vec2, in_bytes};
 use crate::vector;
 
 /// Survey points of a file, with what was found on the way (without key and place).
@@ -50,7 +50,7 @@ fn from_text(path: &Path, memory: f64) -> Result<Vec<SurveyPoint>, Problem> {
     let name = path.display();
     let text = read_text_within(path, (memory / OF_TEXT) as u64).map_err(|error| {
         if matches!(&error, TextError::Io(cause) if cause.kind() == std::io::ErrorKind::FileTooLarge) {
-            let message = format!("the points of {name} need more memory than the limit of {:.1} GB", memory / 1e9);
+            let message = format!("the points of {name} need more memory than the limit of {}", in_bytes(memory));
             return Problem::error(ProblemKind::Limit, "memory-limit", "", message)
                 .with_cause(format!("unpacked {error}"))
                 .with_remedy("thin the points out, make a raster of them, or raise `limits.memory`");

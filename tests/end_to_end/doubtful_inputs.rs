@@ -272,7 +272,7 @@ fn levels_and_depths_as_none_are_told() {
         (&line("z: 21 m"), "", &[]),
         (&water("river: across.geojson, depth: 150 m"), "warning[deep-water] initial[0].depth", &["a river of 150 m"]),
         (&water("water: pond.geojson, depth: 9999 m"), "warning[deep-water] initial[0].depth", &["water of 9999 m"]),
-        (&water("water: pond.geojson, level: 30000 m"), "error[implausible-level] initial[0].level", &["30000 m"]),
+        (&water("water: pond.geojson, level: 15000 m"), "error[implausible-level] initial[0].level", &["15000 m"]),
         (
             "structures: {buildings: {polygons: pond.geojson, mode: raise, height: 3000 m}}",
             "error[building-range] structures.buildings.polygons",

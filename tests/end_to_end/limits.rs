@@ -68,12 +68,12 @@ fn a_limit_below_what_the_program_takes_says_so() {
 
 #[test]
 fn inputs_that_nobody_counted_end_the_program_at_its_limit() {
-    let folder = plain(&[("terrain: dem.asc", "terrain: {layers: [{points: points.csv, max_gap: 50 m}]}")]);
-    let mut points = "x,y,z\n".to_owned();
-    for k in 0..2_000_000_u32 {
-        writeln!(points, "{}.{},{}.5,1{}.25", 1000 + k % 300, k % 10, 2000 + k / 10_000, k % 5).unwrap();
-    }
-    std::fs::write(folder.path().join("points.csv"), points).unwrap();
+    let breaklines =
+        "terrain: {layers: [{raster: dem.asc}], breaklines: [{lines: crest.geojson, mode: raise, z: 11 m}]}";
+    let folder = plain(&[("terrain: dem.asc", breaklines)]);
+    let vertex = |k: u32| format!("[{}.{},{}.5]", 1010 + k % 270, k % 10, 2010 + k / 10_000);
+    let vertices = (0..1_500_000).map(vertex).collect::<Vec<_>>().join(",");
+    std::fs::write(folder.path().join("crest.geojson"), feature("LineString", &format!("[{vertices}]"))).unwrap();
     for command in ["check", "run"] {
         let answer = floodsim(folder.path(), &[command, "s.yaml", "--set", "limits.memory=100 MB"]);
         assert_says(&answer, 5, &["error[memory-limit]", "limit is 100.0 MB", "remedy"]);

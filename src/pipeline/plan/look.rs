@@ -45,6 +45,9 @@ pub(super) struct Expected {
 /// What a run on a bed is expected to take; none where the scene can't be put on coarser cells in the time for it.
 pub(super) fn look(scenario: &Scenario, bed: &BedParticles) -> Option<Expected> {
     let shorter = bed.lattice.columns.min(bed.lattice.rows);
+    if shorter == 0 {
+        return None;
+    }
     let mut best = None;
     for doublings in (0..=DOUBLINGS).rev() {
         let times = f64::from(doublings).exp2();

@@ -292,7 +292,7 @@ fn limits_are_kept_before_anything_is_allocated() {
     let prepared = prepare(&scene.scenario);
     let problem = &prepared.problems[0];
     assert_error(problem, ProblemKind::Limit, "memory-limit", "resolution");
-    assert!(problem.remedy.as_ref().unwrap().contains("0.055 m or more"), "{problem}"); // √(30 000 m² · 400 B / 4 GB)
+    assert!(problem.remedy.as_ref().unwrap().contains("0.056 m or more"), "{problem}"); // √(30 000 m² · 400 B / 3.915 GB)
     scene.scenario.resolution.value = 5.0;
     scene.scenario.limits.particles = 1000.0;
     assert_error(only(&prepare(&scene.scenario)), ProblemKind::Limit, "particle-limit", "resolution");

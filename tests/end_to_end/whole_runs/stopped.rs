@@ -9,7 +9,7 @@ fn start_long_run(folder: &Path) -> Child {
 
 /// The same by a command that is the program, or becomes it.
 fn start_long_run_by(folder: &Path, mut command: Command) -> Child {
-    let arguments = ["run", &shipped("demo"), "--out", "out", "--set", "time.end=10 h", "--set", "outputs.every=1 s"];
+    let arguments = ["run", &shipped("demo"), "--out", "out", "--set", "time.end=10 h", "--set", "outputs.every=30 s"];
     command.current_dir(folder).args(arguments).stdout(Stdio::null()).stderr(Stdio::null());
     let mut child = command.spawn().unwrap();
     let start = Instant::now();
