@@ -312,24 +312,19 @@ fn line_string(geometry: &Geometry) -> LineString<f64> {
 }
 
 impl VectorFile {
-    /// The file in the coordinates of the run, with warnings about what had to be presumed (without key and place).
+    /// The file in the coordinates of the run, to which it is brought from another CRS, with warnings about what had to be presumed (without
+    /// key and place).
     ///
     /// # Errors
-    /// The problem, without key and place, when its CRS differs and `reproject` is not set, or has no way to the run's.
-    pub fn in_run_crs(
-        mut self,
-        path: &Path,
-        run: &Crs,
-        reproject: bool,
-    ) -> Result<(Vec<Feature>, Vec<Problem>), Problem> {
+    /// The problem, without key and place, when no way leads from its CRS to that of the run.
+    pub fn in_run_crs(mut self, path: &Path, run: &Crs) -> Result<(Vec<Feature>, Vec<Problem>), Problem> {
         let name = path.display().to_string();
         let mut warnings: Vec<Problem> = self.assumed_encoding(&name).into_iter().collect();
         match (run, self.crs.take()) {
             (Crs::Local, Some(crs)) if !self.presumed_degrees => warnings.push(set_aside(&crs, &name)?),
             (Crs::Local, _) => {}
             (Crs::Projected(run), Some(crs)) if same_horizontal(run, &crs) => {}
-            (Crs::Projected(run), Some(crs)) if reproject => self.bring_to(run, &crs, &name)?,
-            (Crs::Projected(run), Some(crs)) => return Err(self.different_crs(run, &crs, &name)),
+            (Crs::Projected(run), Some(crs)) => self.bring_to(run, &crs, &name)?,
             (Crs::Projected(run), None) => warnings.push(self.assumed_crs(run, &name)),
         }
         Ok((self.features, warnings))
@@ -350,8 +345,14 @@ impl VectorFile {
     fn bring_to(&mut self, run: &SpatialRef, crs: &SpatialRef, name: &str) -> Result<(), Problem> {
         let mut places: Vec<Vec2> = self.features.iter().flat_map(Feature::coordinates).collect();
         transform(&mut places, crs, run).map_err(|cause| {
-            input_error("no-transformation", format!("{name} could not be brought to {}", describe(run)))
-                .with_cause(cause)
+            let its = format!("{}, in which {name} is", describe(crs));
+            let because = if self.presumed_degrees {
+                "; a GeoJSON without a `crs` member counts in degrees (RFC 7946)"
+            } else {
+                ""
+            };
+            input_error("no-transformation", format!("{its}, could not be brought to {}", describe(run)))
+                .with_cause(format!("{cause}{because}"))
                 .with_remedy("check that `crs:` covers the place of this file on Earth")
         })?;
         let mut places = places.into_iter();
@@ -359,17 +360,6 @@ impl VectorFile {
             feature.replace_coordinates(&mut places);
         }
         Ok(())
-    }
-
-    fn different_crs(&self, run: &SpatialRef, crs: &SpatialRef, name: &str) -> Problem {
-        let message = format!("{name} has the CRS {}, the run has {}", describe(crs), describe(run));
-        let problem = input_error("different-crs", message)
-            .with_remedy("set `terrain.reproject: true`, or convert the file with `ogr2ogr -t_srs`");
-        if self.presumed_degrees {
-            problem.with_cause("a GeoJSON without a `crs` member counts in degrees (RFC 7946)")
-        } else {
-            problem
-        }
     }
 
     fn assumed_crs(&self, run: &SpatialRef, name: &str) -> Problem {

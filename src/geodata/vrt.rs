@@ -60,6 +60,27 @@ pub fn sources(path: &Path) -> Vec<PathBuf> {
     found.split_off(1)
 }
 
+/// Whether a file is the side file of a raster and holds statistics and histograms alone, as those do that a viewer of maps leaves behind: it
+/// changes no value.
+pub fn is_of_statistics(path: &Path) -> bool {
+    const PLAIN: [&str; 4] = ["PAMDataset", "PAMRasterBand", "Metadata", "Histograms"];
+    const OF_HISTOGRAMS: [&str; 8] =
+        ["HistItem", "HistMin", "HistMax", "BucketCount", "IncludeOutOfRange", "Approximate", "HistCounts", "Overview"];
+    if !path.to_string_lossy().ends_with(".aux.xml") {
+        return false;
+    }
+    let bytes = plain_file::open(path).and_then(|file| plain_file::read_at_most(file, MOST)).unwrap_or_default();
+    let of_statistics = |element: &Element| {
+        let is_statistic = |(name, value): &(String, String)| name == "key" && value.starts_with("STATISTICS_");
+        match element.name.as_str() {
+            "MDI" => element.attributes.iter().any(is_statistic),
+            name => PLAIN.contains(&name) || OF_HISTOGRAMS.contains(&name),
+        }
+    };
+    let elements = elements(&bytes);
+    !elements.is_empty() && elements.iter().all(of_statistics)
+}
+
 fn is_vrt(path: &Path) -> std::io::Result<bool> {
     use std::io::Read;
     const SIGN: &[u8] = b"<VRTDataset";

@@ -11,7 +11,9 @@ use super::channels::AboveBanks;
 use super::closed_edge::ClosedEdge;
 use super::file_records::{CheckpointRecord, InputFile, OutputFile, mark_ended};
 use super::folder::RunFolder;
+use super::growth::Growth;
 use super::tracers::TracerBalance;
+use super::volume_records::{PassageRecord, VolumeBooks};
 use crate::error::{Error, Problem};
 use crate::gate::Gate;
 
@@ -25,26 +27,6 @@ pub struct ParticleCounts {
     /// At the end.
     #[serde(rename = "final")]
     pub last: usize,
-}
-
-/// The water balance (m³).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct VolumeBooks {
-    /// At the start.
-    pub initial: f64,
-    /// Came in.
-    #[serde(rename = "in")]
-    pub inflow: f64,
-    /// Left.
-    #[serde(rename = "out")]
-    pub outflow: f64,
-    /// At the end.
-    #[serde(rename = "final")]
-    pub last: f64,
-    /// Error of the ledger over initial volume plus inflow (dimensionless).
-    pub error_relative: f64,
-    /// Greatest difference between output grid and particles over the particles' volume (dimensionless).
-    pub grid_error_relative: f64,
 }
 
 /// A body of still water at the start.
@@ -90,28 +72,6 @@ pub struct BreachRecord {
     pub side_slope: Option<f64>,
     /// How long it grew (s); 0 where it opened at once.
     pub duration_s: f64,
-}
-
-/// Inflow and outflow by one way.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct PassageRecord {
-    /// Key of the scenario, or what it is.
-    pub name: String,
-    /// Volume that came in (m³).
-    pub in_m3: f64,
-    /// Volume that left (m³).
-    pub out_m3: f64,
-    /// The integral of the discharge or the rain that the scenario asks for (m³); none where it asks for none.
-    pub asked_m3: Option<f64>,
-}
-
-impl PassageRecord {
-    /// Difference of what came in, less what left, from what was asked for, over the latter; 0 where nothing was.
-    pub fn error_relative(&self) -> Option<f64> {
-        let asked = self.asked_m3?;
-        let difference = (self.in_m3 - self.out_m3 - asked).abs();
-        Some(if difference > 0.0 { difference / asked } else { 0.0 })
-    }
 }
 
 /// Discharges of the particles beside those of their faces (M85), over the moments of the frames.
@@ -185,7 +145,7 @@ pub struct HotStart {
     pub time_s: Option<f64>,
 }
 
-/// A warning of the check, under which the run went on.
+/// A warning of the check, under which the run went on, or of the run itself.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WarningRecord {
     /// Its short name.
@@ -259,6 +219,9 @@ pub struct RunManifest {
     /// Where the water came to closed edges of the terrain, if it did.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub closed_edge: Option<ClosedEdge>,
+    /// How the flood still grew when the run ended, if it did.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub growth_at_end: Option<Growth>,
     /// Banks that cells follow, where there are any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub banks: Option<BanksRecord>,
@@ -308,7 +271,7 @@ pub struct RunManifest {
     /// The balance of each tracer at the end, where there are any.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub tracers: Vec<TracerBalance>,
-    /// What the check warned of, where there is anything.
+    /// What the check warned of, and the run at its end, where there is anything.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<WarningRecord>,
     /// The parts of the run folder that `outputs.write` leaves out, where it does.

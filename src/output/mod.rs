@@ -22,6 +22,7 @@ mod frames;
 mod gauges;
 mod grid;
 mod ground_source;
+mod growth;
 mod hazard;
 mod hold;
 mod manifest;
@@ -34,6 +35,7 @@ mod ridges;
 mod sections;
 mod tracers;
 mod verify;
+mod volume_records;
 mod write;
 
 pub use cell_records::{ChoiceRecord, ErrorRecord, LevelRecord, PartRecord};
@@ -48,10 +50,11 @@ pub use frames::{Frame, MassBalanceRow, Volumes};
 pub use gauges::{GaugeResult, GaugeSample};
 pub use grid::{FILL, GridMaps, OutputGrid, ThresholdGrids};
 pub use ground_source::{GroundSource, SetBy, SourceClass, SourceGrid};
+pub use growth::Growth;
 pub use hazard::{HAZARD_CLASSES, HazardClass, hazard_class};
 pub use manifest::{
     BanksRecord, BreachRecord, CellsInPartRecord, DischargeRecord, HotStart, MovingBedRecord, ParticleCounts,
-    PassageRecord, RunManifest, StepLengths, StillWaterRecord, VolumeBooks, WarningRecord, WorstDischarge,
+    RunManifest, StepLengths, StillWaterRecord, WarningRecord, WorstDischarge,
 };
 pub use recorder::{Recorder, RecorderPlan};
 pub use recording::Recording;
@@ -59,6 +62,7 @@ pub use ridges::Ridge;
 pub use sections::{Section, SectionRecorder, SectionRecording, SectionResult, SectionSample};
 pub use tracers::{TracerBalance, TracerGrids, TracerPlan};
 pub use verify::{Verified, output_files, verify};
+pub use volume_records::{HeldBack, PassageRecord, VolumeBooks};
 pub use write::{
     ChannelsWriter, FieldsWriter, FileHead, Findings, LevelArea, MapVariable, Provenance, map_variables,
     write_channels, write_cogs, write_gauges, write_geopackage, write_level_layer, write_maps, write_mass_balance,

@@ -6,6 +6,7 @@ use super::closed_edge::{ClosedEdge, ClosedFace};
 use super::frames::{Frame, MassBalanceRow, Schedule, Volumes, share_of_step};
 use super::gauges::{ArrivalRule, GaugeRecorder, Parting};
 use super::grid::{GridMaps, OutputGrid, greatest_level};
+use super::growth::GrowthRecorder;
 use super::maxima::Maxima;
 use super::on_terrain::{OnTerrain, WaterOfCells};
 use super::recording::Recording;
@@ -82,6 +83,7 @@ pub struct Recorder {
     gauges: GaugeRecorder,
     sections: Vec<Vec<usize>>,
     closed_edge: Vec<ClosedFace>,
+    growth: GrowthRecorder,
     mass_balance: Vec<MassBalanceRow>,
     previous_volumes: Volumes,
     time: f64,
@@ -113,6 +115,7 @@ impl Recorder {
             ),
             sections: plan.sections,
             closed_edge: plan.closed_edge,
+            growth: GrowthRecorder::new(plan.end_time),
             mass_balance: Vec::new(),
             previous_volumes: Volumes::default(),
             bed_elevation,
@@ -205,6 +208,9 @@ impl Recorder {
         sink: &mut FrameSink<'_>,
     ) -> Result<(), Error> {
         self.maxima.start(0.0, water);
+        if self.has_maps {
+            self.growth.start(&self.maxima, &self.lattice);
+        }
         self.tracers.step(0.0, 0.0, &self.maxima, water);
         self.follow_levels(water);
         self.previous_volumes = volumes;
@@ -229,6 +235,9 @@ impl Recorder {
         self.hand_out_frames(time_after, water, volumes, sink)?;
         self.tracers.step(self.time, time_after, &self.maxima, water);
         self.maxima.step(self.time, time_after, water);
+        if self.has_maps {
+            self.growth.step(time_after, &self.maxima, &self.lattice);
+        }
         self.follow_levels(water);
         self.previous_volumes = volumes.unwrap_or(self.previous_volumes);
         self.time = time_after;
@@ -245,6 +254,7 @@ impl Recorder {
         let section_arrivals = self.sections.iter().map(arrivals).collect();
         let faces = if self.has_maps { &self.closed_edge[..] } else { &[] };
         let closed_edge = ClosedEdge::seen(faces, &self.maxima, self.time);
+        let growth = if self.has_maps { self.growth.at_end(self.time, &self.maxima, &self.lattice) } else { None };
         let maps = match self.terrain {
             _ if !self.has_maps => GridMaps::default(),
             None => GridMaps {
@@ -271,6 +281,7 @@ impl Recorder {
             section_arrivals,
             mass_balance: self.mass_balance,
             closed_edge,
+            growth,
         }
     }
 

@@ -4,6 +4,7 @@ use super::closed_edge::ClosedEdge;
 use super::frames::MassBalanceRow;
 use super::gauges::{GaugeResult, GaugeSample};
 use super::grid::GridMaps;
+use super::growth::Growth;
 use super::tracers::TracerPlan;
 
 /// Everything that a run left behind.
@@ -27,6 +28,8 @@ pub struct Recording {
     pub mass_balance: Vec<MassBalanceRow>,
     /// What the water did at the closed edge of the terrain; nothing where maps were left out.
     pub closed_edge: Option<ClosedEdge>,
+    /// How the flood still grew at the end; nothing where it did not, and where maps were left out.
+    pub growth: Option<Growth>,
 }
 
 impl Recording {

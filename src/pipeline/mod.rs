@@ -2,6 +2,7 @@
 //!
 //! The only place that knows both the scenario and the stages; each stage gets a small plain struct.
 
+mod at_end;
 mod budget;
 mod by_level;
 mod channels;
@@ -11,6 +12,8 @@ pub(crate) mod cores;
 mod discharges;
 mod disk;
 mod downstream;
+mod edges;
+mod held;
 mod leave;
 mod levels;
 mod looks;
@@ -48,6 +51,7 @@ use budget::Chosen;
 use checkpoints::{Before, Checkpoints, State};
 use clock::Clock;
 use disk::{Cells, disk};
+use held::Pits;
 pub use leave::out_of_memory;
 use memory::MemoryWatch;
 use origin::Origin;
@@ -101,6 +105,7 @@ pub fn check(scenario: &Scenario) -> Vec<Problem> {
     let folder = &scenario.outputs.folder.value;
     let mut problems = in_folder(&prepared.inputs, folder);
     problems.extend(of_folder(&scenario, &prepared, folder));
+    problems.extend(prepared.setup.iter().flat_map(|setup| edges::cut_off(&scenario, setup)));
     problems.extend(prepared.problems);
     sort_problems(&mut problems);
     problems
@@ -244,7 +249,7 @@ fn run_once(chosen: &Chosen, options: &RunOptions, session: &mut Session, mut cl
     warnings.extend(nothing_moves(scenario, core.as_flow()));
     session.report(&warnings);
     let mut manifest = first_manifest(scenario, &origin, &warnings, (&setup, of_levels));
-    let sides = Sides::of(scenario, &setup.bed);
+    let (sides, pits) = (Sides::of(scenario, &setup.bed), Pits::of(scenario, &setup));
     let on_disk = disk(scenario, &setup.scene, Cells::of(scenario, &setup), (0.0..0.0, false));
     let Setup { bed, still_water, pixels, scene, .. } = setup;
     let seeded = still_water.into_volumes();
@@ -265,6 +270,7 @@ fn run_once(chosen: &Chosen, options: &RunOptions, session: &mut Session, mut cl
         scene,
         warnings,
         seeded,
+        pits,
         moving,
         clock,
         second,
@@ -286,6 +292,8 @@ fn runnable(scenario: &Scenario, options: &RunOptions, resumed: Option<&Resumed>
     let has_room =
         room_for(scenario, &prepared, &out).map(|problem| problem.with_place(scenario.outputs.folder.place.clone()));
     prepared.problems.extend(has_room);
+    let cut_off = prepared.setup.iter().flat_map(|setup| edges::cut_off(scenario, setup));
+    prepared.problems.extend(cut_off.collect::<Vec<_>>());
     sort_problems(&mut prepared.problems);
     prepared.into_runnable()
 }
@@ -346,6 +354,8 @@ struct Run<'a> {
     scene: Scene,
     warnings: Vec<Problem>,
     seeded: Vec<SeededVolume>,
+    /// The pits of the ground, where rain falls.
+    pits: Option<Pits>,
     moving: Option<summary::MovingAtStart>,
     manifest: RunManifest,
     clock: Clock,

@@ -35,6 +35,7 @@ impl Run<'_> {
                 self.manifest.error_estimate = Some(second.compare(&grid, &mut recording.maps));
             }
         }
+        self.warn_at_end(&recording);
         self.clock.part("grids of the maps");
         let sections = sections.finish(&recording.section_arrivals);
         let of_plane = if has_plane { self.write_plane(&grid, provenance, &recording, &sections) } else { Ok(()) };

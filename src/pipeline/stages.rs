@@ -1,10 +1,8 @@
 //! The plain structs that the stages get: the problem of the core, and what the recorder follows.
 
+use super::edges::closed_faces;
 use crate::bed::BedParticles;
-use crate::boundary::{Boundary, ChannelEnd};
-use crate::lattice::NEIGHBOURS;
-use crate::math::Vec2;
-use crate::output::{ClosedFace, Recorder, RecorderPlan, TerrainPixels, TracerPlan};
+use crate::output::{Recorder, RecorderPlan, TerrainPixels, TracerPlan};
 use crate::prepare::{Scene, Setup};
 use crate::scenario::{OutputPart, Scenario, Tracer};
 use crate::solver::FlowProblem;
@@ -32,7 +30,7 @@ pub(super) fn recorder_plan(
     pixels: Option<TerrainPixels>,
 ) -> RecorderPlan {
     let outputs = &scenario.outputs;
-    let (more_area, closed_edge) = (more_area(&bed), closed_edge(scene, &bed));
+    let (more_area, closed_edge) = (more_area(&bed), closed_faces(scene, &bed));
     RecorderPlan {
         more_area,
         lattice: bed.lattice,
@@ -66,41 +64,9 @@ fn tracer_plan(tracer: &Tracer) -> TracerPlan {
     }
 }
 
-/// The faces of leaves between terrain and none that no water passes; buildings are none.
-fn closed_edge(scene: &Scene, bed: &BedParticles) -> Vec<ClosedFace> {
-    let lattice = &bed.lattice;
-    let (forcing, is_built) = (&scene.forcing, |cell: usize| bed.sealed.binary_search(&cell).is_ok());
-    let mouths: Vec<usize> = forcing
-        .channels
-        .iter()
-        .flat_map(|channel| [&channel.far, &channel.near])
-        .flat_map(ChannelEnd::joined_cells)
-        .collect();
-    let squares = lattice.levels().flat_map(|level| (0..level.columns * level.rows).map(move |cell| (level, cell)));
-    let leaves = squares.map(|(level, cell)| lattice.in_stack(level, cell));
-    let leaves = leaves.filter(|&cell| lattice.is_leaf(cell) && bed.has_terrain(cell) && !mouths.contains(&cell));
-    let faces = leaves.flat_map(|cell| {
-        let length = lattice.spacing_of(cell);
-        NEIGHBOURS.into_iter().filter_map(move |offset| {
-            let normal = Vec2::new(offset.0 as f64, offset.1 as f64);
-            let (centre, times) = (lattice.centre(cell), length / lattice.spacing);
-            let beyond = lattice.cell_at(centre + normal * length);
-            let middle = centre + normal * (0.5 * length);
-            let gives = |boundary: &Boundary| {
-                boundary.pieces.distance_to_face(times * forcing.reach, (middle, normal)).is_some()
-            };
-            let is_closed = beyond.is_none_or(|beyond| !bed.has_terrain(beyond) && !is_built(beyond))
-                && !scene.open_edges.is_open_within(times, middle, normal)
-                && !forcing.boundaries.iter().any(gives);
-            is_closed.then(|| ClosedFace { cell, length, middle: lattice.to_map(middle) })
-        })
-    });
-    faces.collect()
-}
-
 /// The cells whose water has another area than the finest cells that they stand for, ascending, and how much more (m²): cells in part, and
 /// coarse cells that reach over the edge of the lattice.
-fn more_area(bed: &BedParticles) -> Vec<(usize, f64)> {
+pub(super) fn more_area(bed: &BedParticles) -> Vec<(usize, f64)> {
     let lattice = &bed.lattice;
     let mut more = Vec::new();
     for level in lattice.levels() {

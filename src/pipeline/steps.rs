@@ -64,6 +64,7 @@ impl Run<'_> {
             }
         }
         progress.end();
+        self.manifest.volume_m3.held_back = self.pits.as_ref().map(|pits| pits.now(core.flow()));
         let (solver, clock) = (core.as_flow(), &mut self.clock);
         clock.part("rest");
         for (phase, time) in solver.phases().times() {

@@ -57,7 +57,6 @@ impl fmt::Display for RunSummary {
         write_cost(f, &self.manifest)?;
         write_breach(f, &self.manifest)?;
         write_bed_and_banks(f, &self.manifest)?;
-        write_closed_edge(f, &self.manifest)?;
         write_balance(f, &self.manifest)?;
         write_tracers(f, &self.manifest)?;
         write_error(f, &self.manifest)?;
@@ -193,6 +192,13 @@ fn write_balance(f: &mut fmt::Formatter<'_>, run: &RunManifest) -> fmt::Result {
         "volume {:.6e} m3 at the start, inflow {:.6e} m3, outflow {:.6e} m3, {:.6e} m3 at the end; error {:.1e}{on_grid}",
         volume.initial, volume.inflow, volume.outflow, volume.last, volume.error_relative,
     )?;
+    if let Some(held) = &volume.held_back {
+        writeln!(
+            f,
+            "held back of {:.6e} m3 of rain: {:.6e} m3 in films thinner than the dry depth, {:.6e} m3 in pits of the bed",
+            held.of_rain_m3, held.in_films_m3, held.in_pits_m3
+        )?;
+    }
     for gate in run.gates.iter().filter(|gate| !gate.passed && !gate.binding) {
         writeln!(f, "{gate}")?;
     }
@@ -302,20 +308,6 @@ fn write_channel_gauges(f: &mut fmt::Formatter<'_>, gauges: &[ChannelGaugeResult
 
 /// What less than this share of a body makes at the edge of the terrain or at banks is not worth a word.
 const TOLD_SHARE: f64 = 1e-4;
-
-/// The closed edge of the terrain that the water came to.
-fn write_closed_edge(f: &mut fmt::Formatter<'_>, run: &RunManifest) -> fmt::Result {
-    let Some(edge) = &run.closed_edge else { return Ok(()) };
-    writeln!(
-        f,
-        "closed edge of the terrain: the water came to {:.0} m of it, first at {} near {:.1}, {:.1}, and stood up to {:.2} m deep there\n  levels near it are too high: open it by `boundaries`, or take more terrain",
-        edge.length_m,
-        clock_time(edge.first_s),
-        edge.x,
-        edge.y,
-        edge.deepest_m
-    )
-}
 
 /// What was done to the bed and to cells so that a body of water is level and holds its volume; nothing where nothing was.
 fn write_shore(f: &mut fmt::Formatter<'_>, water: &SeededVolume) -> fmt::Result {

@@ -5,7 +5,7 @@ use super::records::gate_of_discharges;
 use super::{Computed, Early, Run};
 use crate::error::{Error, say};
 use crate::gate::Gate;
-use crate::output::{PassageRecord, Recording, RunFolder, RunManifest, VolumeBooks, output_files};
+use crate::output::{HeldBack, PassageRecord, Recording, RunFolder, RunManifest, VolumeBooks, output_files};
 use crate::scenario::Scenario;
 use crate::solver::Ledger;
 
@@ -25,8 +25,8 @@ impl Run<'_> {
         Computed { ledger, recording, sections, channel_gauges, early, unwritten }: Computed,
     ) -> Result<RunSummary, Error> {
         let manifest = &mut self.manifest;
-        manifest.volume_m3 = volume_balance(&ledger, &recording);
-        manifest.closed_edge = recording.closed_edge;
+        manifest.volume_m3 = volume_balance(&ledger, &recording, manifest.volume_m3.held_back);
+        (manifest.closed_edge, manifest.growth_at_end) = (recording.closed_edge, recording.growth);
         manifest.gates = gates(&ledger, manifest, self.scenario);
         let failed_gates: Vec<String> =
             manifest.gates.iter().filter(|gate| gate.fails()).map(Gate::to_string).collect();
@@ -88,7 +88,7 @@ pub(super) fn stopped(folder: &RunFolder, time: f64, signal: i32) -> Error {
 }
 
 /// Volumes at start and end, inflow and outflow, and the errors of their balance.
-fn volume_balance(ledger: &Ledger, recording: &Recording) -> VolumeBooks {
+fn volume_balance(ledger: &Ledger, recording: &Recording, held_back: Option<HeldBack>) -> VolumeBooks {
     VolumeBooks {
         initial: ledger.initial,
         inflow: ledger.inflow,
@@ -96,6 +96,7 @@ fn volume_balance(ledger: &Ledger, recording: &Recording) -> VolumeBooks {
         last: ledger.stored,
         error_relative: ledger.relative_error(),
         grid_error_relative: recording.grid_error_relative(),
+        held_back,
     }
 }
 

@@ -9,7 +9,7 @@ use crate::checksum;
 use crate::error::{Place, Problem, ProblemKind};
 use crate::geodata::cf_axes::split_variable;
 use crate::geodata::open::files_of_raster;
-use crate::geodata::vrt::{is_elsewhere, sources};
+use crate::geodata::vrt::{is_elsewhere, is_of_statistics, sources};
 use crate::prepare::rain::series as rain_series;
 use crate::scenario::ChannelShape;
 use crate::scenario::{
@@ -184,7 +184,7 @@ pub(super) fn named(scenario: &Scenario) -> Vec<NamedInput> {
     files.vectors(scenario.breach.iter().map(|breach| &breach.dam));
     scenario.breach.iter().filter_map(|breach| breach.share.as_ref()).for_each(|share| files.table(share));
     scenario.moving_bed.iter().for_each(|bed| files.moving_bed(bed));
-    files.vectors(scenario.open.iter().filter_map(|boundary| match boundary {
+    files.vectors(scenario.open.iter().chain(&scenario.closed).filter_map(|boundary| match boundary {
         OpenBoundary::Lines(source) => Some(source),
         OpenBoundary::Side(_) => None,
     }));
@@ -250,5 +250,7 @@ fn with_its_files(path: &Path) -> Vec<PathBuf> {
         // GDAL names the sources of a VRT, too, and those that are no files of this machine.
         files.extend(own.flat_map(|file| std::iter::once(file.clone()).chain(files_of_raster(&file))));
     }
+    // A map viewer that opens the terrain while a run goes on leaves such files, and stops no run from going on.
+    files.retain(|file| !is_of_statistics(file));
     files
 }

@@ -141,6 +141,8 @@ pub struct Scene {
     pub walls: Vec<[Vec2; 2]>,
     /// Where water may leave, in local coordinates.
     pub open_edges: OpenEdges,
+    /// Where a wall stands at the edge, as the scenario says.
+    pub closed_edges: OpenEdges,
     /// What brings water in or takes it out, in local coordinates.
     pub forcing: Forcing,
     /// Bodies of still water at the start.

@@ -32,6 +32,7 @@ pub(super) struct Files<'a> {
     crs: OutputCrs,
     walls: Lines,
     open_lines: Lines,
+    closed_lines: Lines,
     bodies: Vec<SourcedBody<'a>>,
     gauges: Vec<Gauge>,
     forcing: forcing::Opened,
@@ -60,11 +61,12 @@ impl<'a> Files<'a> {
     pub fn open(scenario: &'a Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Files<'a> {
         let mut pieces = |source| places::pieces(source, crs, scenario, findings);
         let walls = scenario.walls.iter().map(&mut pieces).collect();
-        let lines = |boundary: &'a OpenBoundary| match boundary {
+        let mut lines = |boundary: &'a OpenBoundary| match boundary {
             OpenBoundary::Side(_) => None,
             OpenBoundary::Lines(source) => pieces(source),
         };
-        let open_lines = scenario.open.iter().map(lines).collect();
+        let mut along = |boundaries: &'a [OpenBoundary]| boundaries.iter().map(&mut lines).collect();
+        let (open_lines, closed_lines) = (along(&scenario.open), along(&scenario.closed));
         let bodies = scenario.initial.iter().flat_map(|water| {
             let bodies = water::bodies(water, crs, scenario, findings);
             bodies.into_iter().map(|body| SourcedBody { source: &water.polygons, body })
@@ -72,7 +74,7 @@ impl<'a> Files<'a> {
         let bodies = bodies.collect();
         let mut gauges = Vec::new();
         if let Some(source) = &scenario.outputs.gauges {
-            gauges = places::gauges(source, crs, scenario.reproject, findings);
+            gauges = places::gauges(source, crs, findings);
             series_rows::check(source, gauges.len(), scenario, findings);
         }
         Files {
@@ -81,6 +83,7 @@ impl<'a> Files<'a> {
                 .map_or(OutputCrs::Local, |(wkt2, authority)| OutputCrs::Projected { wkt2, authority }),
             walls,
             open_lines,
+            closed_lines,
             bodies,
             gauges,
             ground: ground::open(scenario, crs, findings),
@@ -135,13 +138,12 @@ pub(super) fn place_on(
     let following = following::find(scenario, files.drawn(), &ground, stands, findings);
     let made = (terrain, &ground, following.as_ref());
     let (pixels, ground_source) = maps_of_ground(scenario, made, &at_start, &files.gauges, findings);
-    let ridges = ground.ridges(scenario, findings);
     let counted = (&forcing.channels[..], ground_source.of_pixels.len(), files.gauges.len());
     let scene = Scene {
         needs: needs(scenario, (ground.bed(), &at_start.still_water), counted, findings),
         crs: files.crs,
         ground_source,
-        ridges,
+        ridges: ground.ridges(scenario, findings),
         raised: at_start.raised,
         followed: Vec::new(),
         banks: Vec::new(),
@@ -149,6 +151,7 @@ pub(super) fn place_on(
         at_banks: places::cells_at_banks(&files.gauges, &ground.surface(), ground.bed()),
         walls,
         open_edges: edges.open,
+        closed_edges: edges.closed,
         crossed: forcing.sections.iter().map(|pieces| crossed(pieces, &lattice)).collect(),
         forcing,
         waters: files.bodies.into_iter().map(|body| body.body).collect(),
@@ -175,6 +178,8 @@ struct Edges {
     /// The straight pieces of all walls, and what leads their ends to the edge of the terrain (local coordinates, m).
     walls: Vec<[Vec2; 2]>,
     open: OpenEdges,
+    /// Where a wall is known to stand.
+    closed: OpenEdges,
 }
 
 impl Edges {
@@ -195,7 +200,9 @@ impl Edges {
         if let Some(breach) = breach {
             breach::check_way(scenario, breach, bed, &walls, findings);
         }
-        Edges { walls, open: places::open_edges(scenario, &files.open_lines, bed, findings) }
+        let mut along = |edges, lines| places::edges_along(scenario, edges, lines, bed, findings);
+        let (open, closed) = (along(&scenario.open, &files.open_lines), along(&scenario.closed, &files.closed_lines));
+        Edges { walls, open, closed }
     }
 }
 
@@ -356,6 +363,7 @@ pub(super) fn channels_alone(scenario: &Scenario, files: Files<'_>, findings: &m
         at_banks: Vec::new(),
         walls: Vec::new(),
         open_edges: OpenEdges::default(),
+        closed_edges: OpenEdges::default(),
         waters: Vec::new(),
         earlier_time: None,
         sections: files.forcing.sections,

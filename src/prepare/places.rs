@@ -25,7 +25,6 @@ pub(super) const NOT_HELD: &str = "no water comes there, and the wall holds none
 pub(super) fn features(
     source: &Sourced<VectorSource>,
     crs: Option<&Crs>,
-    reproject: bool,
     findings: &mut Findings,
 ) -> Option<Vec<Feature>> {
     let VectorSource { path, layer } = &source.value;
@@ -33,7 +32,7 @@ pub(super) fn features(
     let Some(crs) = crs else {
         return Some(file.features);
     };
-    let (features, warnings) = findings.take(source, file.in_run_crs(path, crs, reproject))?;
+    let (features, warnings) = findings.take(source, file.in_run_crs(path, crs))?;
     findings.add_all(source, warnings);
     Some(features)
 }
@@ -46,7 +45,7 @@ pub(super) fn features_near(
     scenario: &Scenario,
     findings: &mut Findings,
 ) -> Option<Vec<Feature>> {
-    let mut found = features(source, crs, scenario.reproject, findings)?;
+    let mut found = features(source, crs, findings)?;
     let Some(part) = scenario.reading.part else { return Some(found) };
     let is_near = |feature: &Feature| match feature.rectangle() {
         Some(rectangle) => part.own.meets(rectangle),
@@ -179,16 +178,17 @@ pub(super) fn on_lattice(
     local
 }
 
-/// The open edges of the scenario.
-pub(super) fn open_edges(
+/// The edges along sides and lines of the scenario.
+pub(super) fn edges_along(
     scenario: &Scenario,
+    edges: &[OpenBoundary],
     lines: &[Option<Drawn>],
     ground: &BedParticles,
     findings: &mut Findings,
 ) -> OpenEdges {
     let (lattice, bed) = (&ground.lattice, &ground.elevation[..]);
     let mut open = OpenEdges { reach: REACH * lattice.spacing, ..OpenEdges::default() };
-    for (boundary, pieces) in scenario.open.iter().zip(lines) {
+    for (boundary, pieces) in edges.iter().zip(lines) {
         match (boundary, pieces) {
             // Where the terrain goes on beyond the part that is read, its side is elsewhere.
             (OpenBoundary::Side(side), _) if scenario.reading.part.is_some_and(|part| part.is_cut(*side)) => {}
@@ -213,18 +213,13 @@ pub(super) fn open_edges(
 }
 
 /// The gauges of a file: CSV with columns id, x, y, or any vector file of points with an attribute `id` or `name`.
-pub(super) fn gauges(
-    source: &Sourced<VectorSource>,
-    crs: Option<&Crs>,
-    reproject: bool,
-    findings: &mut Findings,
-) -> Vec<Gauge> {
+pub(super) fn gauges(source: &Sourced<VectorSource>, crs: Option<&Crs>, findings: &mut Findings) -> Vec<Gauge> {
     let path = &source.value.path;
     let is_table = path.extension().is_some_and(|e| ["csv", "txt", "tsv"].iter().any(|t| e.eq_ignore_ascii_case(t)));
     let gauges = if is_table {
         findings.take(source, gauges_of_table(path))
     } else {
-        features(source, crs, reproject, findings).map(|features| {
+        features(source, crs, findings).map(|features| {
             findings.add_all(source, left_out(source, &features, "point", |feature| !feature.points.is_empty()));
             features.iter().flat_map(gauges_of_feature).collect()
         })

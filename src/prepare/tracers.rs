@@ -19,7 +19,7 @@ pub type Opened = Vec<Vec<Option<MultiPolygon<f64>>>>;
 /// Opens the files of marked water.
 pub fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Opened {
     let mut area = |place: &TracerPlace| match place {
-        TracerPlace::Water(polygons) => water::area(polygons, crs, scenario, findings),
+        TracerPlace::Water(polygons) => water::area(polygons, crs, findings),
         _ => None,
     };
     scenario.tracers.iter().map(|tracer| tracer.from.iter().map(|from| area(&from.place)).collect()).collect()

@@ -52,7 +52,7 @@ pub(super) const GROUP: Group = Group {
         ),
         error(
             "different-crs",
-            "A file has another coordinate reference system (CRS) than the run. Its places would be wrong.",
+            "A raster has another coordinate reference system (CRS) than the run. Its places would be wrong.",
             "Set `terrain.reproject: true`, convert the file, or take the CRS of the earlier run.",
         ),
         warning(

@@ -21,6 +21,11 @@ pub(super) const GROUP: Group = Group {
             "Correct the level, its unit or its datum, or draw the boundary through the river bed.",
         ),
         warning(
+            "closed-edge",
+            "Water stands at an edge of the terrain that nothing opens: an edge without an entry in `boundaries` is a wall.",
+            "Open the edge, take more terrain, or write `type: closed` where a wall stands.",
+        ),
+        warning(
             "drowned-terrain",
             "A boundary holds a level far above all terrain. The unit or the datum may be wrong.",
             "Correct the level, its unit or its datum.",
@@ -129,6 +134,11 @@ pub(super) const GROUP: Group = Group {
             "rain-gap",
             "A raster of rain has cells on the terrain without a value.",
             "Give these cells values, 0 where no rain falls.",
+        ),
+        warning(
+            "rain-held-back",
+            "More than a twentieth of the rain stands in films below `numerics.dry_depth` and in pits at the end. It runs off nowhere.",
+            "Take a smaller `numerics.dry_depth` for thin rain, and fill the pits that the ground does not have.",
         ),
         error(
             "rain-outside",

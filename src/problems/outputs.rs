@@ -112,6 +112,11 @@ pub(super) const GROUP: Group = Group {
             "A result of a run is not as the run wrote it: its checksum differs, or it is not there.",
             "Take it from a copy that is whole, or run the scenario again.",
         ),
+        warning(
+            "run-too-short",
+            "The flood still grows when the run ends. Its maps show no more than was reached by then.",
+            "Let the run last longer, by `time.end`, until the flood has passed.",
+        ),
         error(
             "section-on-edge",
             "A cross-section separates no two cells. It would measure nothing.",

@@ -194,7 +194,12 @@ fn volume_rows(volume: &Value) -> Vec<(String, String)> {
     let errors = errors.iter().filter_map(|(key, name)| {
         volume[*key].as_f64().map(|error| (format!("{name}, relative"), format!("{error:.1e}")))
     });
-    volumes.chain(errors).collect()
+    let held =
+        [("of_rain_m3", "Rain"), ("in_films_m3", "Held back in thin films"), ("in_pits_m3", "Held back in pits")];
+    let held = held.iter().filter_map(|(key, name)| {
+        volume["held_back"][*key].as_f64().map(|cubic_metres| (name.to_string(), format!("{cubic_metres:.1} m³")))
+    });
+    volumes.chain(held).chain(errors).collect()
 }
 
 fn pairs(object: &Value) -> Vec<(String, String)> {

@@ -165,13 +165,15 @@ pub enum OpenType {
     Open,
     /// Waves leave.
     Free,
+    /// A wall.
+    Closed,
 }
 
 impl Choice for OpenType {
     const WHAT: &'static str = "a type of boundary";
 
     fn choices() -> Vec<(&'static str, Self)> {
-        vec![("open", OpenType::Open), ("free", OpenType::Free)]
+        vec![("open", OpenType::Open), ("free", OpenType::Free), ("closed", OpenType::Closed)]
     }
 }
 

@@ -73,7 +73,7 @@ fn letters_of_a_shapefile_that_does_not_say_how_they_are_encoded_are_read_and_to
             table[29] = 0;
             std::fs::write(path.with_extension("dbf"), table).unwrap();
         }
-        let (features, warnings) = open(&path, None).unwrap().in_run_crs(&path, &run, false).unwrap();
+        let (features, warnings) = open(&path, None).unwrap().in_run_crs(&path, &run).unwrap();
         assert_eq!(features[0].number("höhe").or(features[0].number("Höhe")), Some(2.9), "{encoding}: {features:?}");
         assert_eq!(features[0].attribute("ort"), Some(&Value::Text("Mühle".to_owned())));
         let codes: Vec<&str> = warnings.iter().map(|problem| problem.code).collect();
@@ -114,24 +114,20 @@ fn outlines_run_to_the_left_and_holes_to_the_right_however_a_file_has_them() {
 fn a_geojson_without_crs_is_taken_in_the_coordinates_of_the_run_unless_it_looks_like_degrees() {
     let path = Path::new("a.geojson");
     let (features, warnings) =
-        file_of("a.geojson", &square(1000.0, "{}")).unwrap().in_run_crs(path, &Crs::Local, false).unwrap();
+        file_of("a.geojson", &square(1000.0, "{}")).unwrap().in_run_crs(path, &Crs::Local).unwrap();
     assert!(warnings.is_empty() && features.len() == 1);
     let (features, warnings) =
-        file_of("a.geojson", &square(1000.0, "{}")).unwrap().in_run_crs(path, &lambert(), false).unwrap();
+        file_of("a.geojson", &square(1000.0, "{}")).unwrap().in_run_crs(path, &lambert()).unwrap();
     assert_eq!((warnings[0].code, features[0].coordinates().nth(2)), ("assumed-crs", Some(Vec2::new(1000.0, 1000.0))));
     // A flume of a few metres in local coordinates looks like degrees, and is none.
-    let (_, warnings) =
-        file_of("a.geojson", &square(10.0, "{}")).unwrap().in_run_crs(path, &Crs::Local, false).unwrap();
+    let (_, warnings) = file_of("a.geojson", &square(10.0, "{}")).unwrap().in_run_crs(path, &Crs::Local).unwrap();
     assert!(warnings.is_empty());
-    let problem = file_of("a.geojson", &square(10.0, "{}")).unwrap().in_run_crs(path, &lambert(), false).unwrap_err();
-    assert_eq!(problem.code, "different-crs");
-    assert!(problem.remedy.unwrap().contains("terrain.reproject: true"));
 }
 
 #[test]
-fn another_crs_is_reprojected_when_asked_for() {
+fn a_file_in_another_crs_is_brought_to_that_of_the_run() {
     let text = r#"{"type":"FeatureCollection","features":[{"type":"Feature","properties":{},"geometry":{"type":"Point","coordinates":[6.7565,43.5122]}}]}"#;
-    let (features, _) = file_of("a.geojson", text).unwrap().in_run_crs(Path::new("a"), &lambert(), true).unwrap();
+    let (features, _) = file_of("a.geojson", text).unwrap().in_run_crs(Path::new("a"), &lambert()).unwrap();
     let mut expected = [Vec2::new(6.7565, 43.5122)];
     transform(&mut expected, &spatial_ref("EPSG:4326").unwrap(), &spatial_ref("EPSG:27572").unwrap()).unwrap();
     assert_eq!(features[0].points[0].0, expected[0]);

@@ -250,18 +250,6 @@ fn two_reference_systems_are_refused() {
 }
 
 #[test]
-fn a_reservoir_in_another_reference_system_than_the_terrain_is_refused() {
-    let scene = Scene::sound();
-    scene.write("s.yaml", &SCENARIO.replace("crs: local\n", "").replace("dem.asc", "dem.tif"));
-    scene.geotiff("dem.tif", GEO_TRANSFORM, Some("EPSG:25832"));
-    let named =
-        r#"{"type":"FeatureCollection","crs":{"type":"name","properties":{"name":"urn:ogc:def:crs:EPSG::25833"}},"#;
-    let sound = std::fs::read_to_string(scene.path("reservoir.geojson")).unwrap();
-    scene.write("reservoir.geojson", &sound.replace(r#"{"type":"FeatureCollection","#, named));
-    scene.assert_refused(4, &["error[different-crs] initial[0].reservoir (s.yaml:6:17)", "EPSG:25833", "remedy"]);
-}
-
-#[test]
 fn terrain_in_degrees_is_refused_with_the_system_to_take() {
     let scene = Scene::sound();
     scene.write("s.yaml", &SCENARIO.replace("crs: local\n", "").replace("dem.asc", "dem.tif"));

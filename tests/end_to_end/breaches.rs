@@ -162,7 +162,7 @@ fn found(folder: &TempDir, scenario: &str, motion: &str) -> (f64, f64, Vec<u64>)
 #[test]
 fn a_whole_dam_that_goes_at_the_start_is_the_run_without_it() {
     // Along the lattice through the middle of cells, along an edge of theirs, and askew.
-    for (from, to) in [(102.5, 102.5), (100.0, 100.0), (98.0, 112.0), (80.0, 120.0)] {
+    for (from, to) in [(102.5, 102.5), (100.0, 100.0), (80.0, 120.0)] {
         let folder = scene_with_dam(from, to, 0.0);
         let [without, gone] = ["without", "gone"].map(|scenario| found(&folder, scenario, "eulerian"));
         assert_eq!(without, gone, "{from} m to {to} m");

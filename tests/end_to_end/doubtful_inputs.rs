@@ -17,6 +17,7 @@ roughness: {manning: 0.03}
 initial: [{water: pond.geojson, level: 2.9 m}]
 resolution: 5 m
 time: {end: 10 min}
+boundaries: [{side: all, type: closed}]
 ";
 
 struct Scene {
@@ -101,8 +102,9 @@ fn assert_said(cases: &[(&str, &str, &[&str])]) {
     for (lines, expected, texts) in cases {
         let scene = Scene::with(lines);
         let check = floodsim(scene.folder.path(), &["check", "s.yaml"]);
-        let said: Vec<&str> =
-            check.stdout.lines().filter(|line| line.starts_with("error[") || line.starts_with("warning[")).collect();
+        // The pond ends at an edge that most of these leave shut.
+        let heads = check.stdout.lines().filter(|line| line.starts_with("error[") || line.starts_with("warning["));
+        let said: Vec<&str> = heads.filter(|line| !line.starts_with("warning[closed-edge] initial[0]")).collect();
         let expected: &[&str] = if expected.is_empty() { &[] } else { &[expected] };
         assert_eq!(said.len(), expected.len(), "{lines}\n{}", check.stdout);
         for (said, expected) in said.iter().zip(expected) {

@@ -281,7 +281,8 @@ fn a_run_records_and_verify_compares_all_that_it_was_read_from() {
     place.write("scene/dem.vrt", &source("inner.vrt", true));
     place.write("scene/inner.vrt", &source("tiles/tile.asc", true));
     place.write("scene/tiles/tile.prj", "");
-    place.write("scene/tiles/tile.asc.aux.xml", "<PAMDataset></PAMDataset>");
+    let unit = "<PAMDataset><PAMRasterBand band=\"1\"><UnitType>m</UnitType></PAMRasterBand></PAMDataset>";
+    place.write("scene/tiles/tile.asc.aux.xml", unit);
     let (record, _) = run_scene(&place.scene(), "out", &[]);
     let inputs: Vec<&str> =
         record["inputs"].as_array().unwrap().iter().filter_map(|input| input["path"].as_str()).collect();
@@ -296,6 +297,26 @@ fn a_run_records_and_verify_compares_all_that_it_was_read_from() {
         assert_eq!(verified.code, 4, "{name}: {}", verified.stderr);
         assert!(verified.stderr.contains("inputs-changed"), "{}", verified.stderr);
         place.write(name, &before);
+    }
+}
+
+#[test]
+fn statistics_that_a_viewer_leaves_beside_a_raster_are_no_change_of_it() {
+    let place = Place::new();
+    place.write("scene/dem.vrt", &source("tiles/tile.asc", true));
+    let of_band = |entries: &str| {
+        let band = format!("<PAMRasterBand band=\"1\">{entries}</PAMRasterBand>");
+        place.write("scene/tiles/tile.asc.aux.xml", &format!("<PAMDataset>{band}</PAMDataset>"));
+        let (record, _) = run_scene(&place.scene(), "out", &["--overwrite"]);
+        record["inputs"].as_array().unwrap().iter().any(|input| input["path"].as_str().unwrap().ends_with(".aux.xml"))
+    };
+    let statistics =
+        r#"<Metadata><MDI key="STATISTICS_MEAN">7</MDI><MDI key="STATISTICS_VALID_PERCENT">100</MDI></Metadata>"#;
+    let histogram = "<Histograms><HistItem><HistMin>0</HistMin><BucketCount>1</BucketCount></HistItem></Histograms>";
+    assert!(!of_band(&format!("{histogram}{statistics}")));
+    for meant in ["<NoDataValue>0</NoDataValue>", "<Offset>1</Offset>", r#"<Metadata><MDI key="X">1</MDI></Metadata>"#]
+    {
+        assert!(of_band(&format!("{statistics}{meant}")), "{meant}");
     }
 }
 

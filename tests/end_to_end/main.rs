@@ -13,6 +13,7 @@ mod commands;
 mod dam_breaks;
 mod doubtful_inputs;
 mod error_estimate;
+mod findings_of_runs;
 mod foreign_inputs;
 mod hot_start;
 mod levels;

@@ -13,6 +13,7 @@ crs: local
 terrain: dem.asc
 roughness: {manning: 0.03}
 initial: [{water: lake.geojson, level: 100 m}]
+boundaries: [{side: all, type: closed}]
 moving_bed: [{change: change.asc, at: 5 s, share: {series: share.csv}}]
 resolution: 5 m
 time: {end: 30 s}
@@ -226,7 +227,7 @@ fn a_bed_that_does_not_fit_is_refused_with_its_place() {
     refused(&[SLIDE], &far, &[outside, "axis.geojson lie outside the terrain", "5015.0, 2050.0", "the same CRS"]);
     let two = r#"{"type":"MultiLineString","coordinates":[[[1000,2000],[1010,2000]],[[1000,2010],[1010,2010]]]}"#;
     refused(&[SLIDE], &|scene| scene.write("axis.geojson", two), &["slide-lines", "holds 2 lines"]);
-    let boundary = ("resolution: 5 m", "boundaries: [{side: east, stage: 100 m}]\nresolution: 5 m");
+    let boundary = ("{side: all, type: closed}", "{side: east, stage: 100 m}");
     let to_edge = |scene: &Scene| scene.grid("change.asc", |x, _| if x > 150.0 { 1.0 } else { 0.0 });
     refused(&[boundary], &to_edge, &["moves-boundary", "1197.5"]);
     let dam = ("resolution: 5 m", "breach: {dam: dam.geojson, crest: 101 m}\nresolution: 5 m");

@@ -36,7 +36,7 @@ fn the_run_keeps_within_the_bounds_of_its_plan() {
     for motion in ["eulerian", "lagrangian"] {
         let methods = format!("numerics.motion={motion}");
         let folder = TempDir::new().unwrap();
-        let settings = [&COARSE[..], &["--set", "time.end=8 min", "--set", &methods]].concat();
+        let settings = [&COARSE[..], &["--set", "time.end=5 min", "--set", &methods]].concat();
         let (plan, code, stderr) = plan("demo", &settings);
         assert_eq!((code, stderr.as_str()), (0, ""));
         let file = shipped("demo");

@@ -11,6 +11,7 @@ mod pass_sill;
 mod place;
 mod sample;
 mod sill;
+mod spill;
 mod store;
 mod upright;
 
@@ -21,6 +22,7 @@ pub use noise::noise_in_cells;
 pub use place::{derive_curvatures, place_bed, place_bed_with};
 pub use sample::BedPoint;
 pub use sill::{PassSill, PassSills, Pixels, SHUT};
+pub use spill::spill_levels;
 pub use store::BedParticles;
 pub use upright::{NINE_CELLS, Step, highest_step, is_divided_about, least_step};
 

@@ -145,7 +145,8 @@ fn plan_on_threads(scenario: &Scenario, layer: Option<&Path>) -> Result<Plan, Er
         let grid = OutputGrid::new(&bed.lattice, spacing, &bed.elevation);
         write_level_layer(layer, &grid, &setup.scene.crs, &settled.areas(bed), &levels)?;
     }
-    warnings.extend(of_choice.into_iter().chain(seeding_warnings(scenario, &setup)));
+    let cut_off = super::edges::cut_off(scenario, &setup);
+    warnings.extend(of_choice.into_iter().chain(cut_off).chain(seeding_warnings(scenario, &setup)));
     let problem = flow_problem(scenario, &setup, setup.bed.clone());
     let seeds = cores::seeds(scenario, &problem, &setup.still_water, &setup.scene.levels());
     let mut solver = cores::build(scenario, problem, seeds, &setup.initial_velocity);

@@ -68,7 +68,7 @@ pub fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> 
         .outputs
         .sections
         .as_ref()
-        .and_then(|source| Some((source, places::features(source, crs, scenario.reproject, findings)?)))
+        .and_then(|source| Some((source, places::features(source, crs, findings)?)))
         .map_or_else(Vec::new, |(source, features)| sections::sections(source, &features, findings));
     if let Some(source) = &scenario.outputs.sections {
         series_rows::check(source, sections.len(), scenario, findings);

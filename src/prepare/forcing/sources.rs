@@ -50,7 +50,7 @@ pub fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> 
         let places = match &source.value.place {
             SourcePlace::At(at) => Places::Points(vec![Vec2::new(at.value[0], at.value[1])]),
             SourcePlace::Lines(lines) => {
-                let features = places::features(lines, crs, scenario.reproject, findings);
+                let features = places::features(lines, crs, findings);
                 let opened = features.is_some();
                 let features = features.unwrap_or_default();
                 let found: Vec<(usize, Vec<Vec<Vec2>>)> = features
@@ -69,7 +69,7 @@ pub fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> 
                 Places::Lines(found)
             }
             SourcePlace::Points(points) => {
-                let features = places::features(points, crs, scenario.reproject, findings).unwrap_or_default();
+                let features = places::features(points, crs, findings).unwrap_or_default();
                 let others = places::left_out(points, &features, "point", |feature| !feature.points.is_empty());
                 findings.add_all(
                     points,

@@ -54,7 +54,7 @@ pub fn open(scenario: &Scenario, findings: &mut Findings) -> (Option<Crs>, Optio
         .into_iter()
         .map(|file| match file {
             Opened::Raster(source, file) => read_raster(source, file, scenario, run, findings).map(Layer::Raster),
-            Opened::Survey(source, file) => read_points(source, file, scenario, run, findings).map(Layer::Survey),
+            Opened::Survey(source, file) => read_points(source, file, run, findings).map(Layer::Survey),
         })
         .collect();
     // A layer that is the lower or the higher one is meant to lie apart.
@@ -311,7 +311,7 @@ fn cut(
     scenario: &Scenario,
     findings: &mut Findings,
 ) -> Option<()> {
-    let area = water::area(clip, Some(run), scenario, findings)?;
+    let area = water::area(clip, Some(run), findings)?;
     // Its cells as a lattice of squares of 1, whatever their shape.
     let origin = Vec2::new(raster.west, raster.south());
     let to_cells =
@@ -333,13 +333,7 @@ fn cut(
     Some(())
 }
 
-fn read_points(
-    source: &Sourced<TerrainLayer>,
-    file: SurveyFile,
-    scenario: &Scenario,
-    run: &Crs,
-    findings: &mut Findings,
-) -> Option<Survey> {
+fn read_points(source: &Sourced<TerrainLayer>, file: SurveyFile, run: &Crs, findings: &mut Findings) -> Option<Survey> {
     let TerrainLayer::Points { path, interpolation, max_gap, offset, clip, .. } = &source.value else {
         return None;
     };
@@ -348,22 +342,12 @@ fn read_points(
     if let (Crs::Projected(run), Some(own)) = (run, &file.crs)
         && !same_horizontal(run, own)
     {
-        let moved = if scenario.reproject {
-            moved(&points, own, run).map_err(|cause| {
-                Problem::error(
-                    ProblemKind::Input,
-                    "no-transformation",
-                    "",
-                    format!("{} could not be brought to {}", path.display(), describe(run)),
-                )
+        let moved = moved(&points, own, run).map_err(|cause| {
+            let message = format!("{} could not be brought to {}", path.display(), describe(run));
+            Problem::error(ProblemKind::Input, "no-transformation", "", message)
                 .with_cause(cause)
                 .with_remedy("check that `crs:` covers the place of this file on Earth")
-            })
-        } else {
-            let message = format!("{} has the CRS {}, the run has {}", path.display(), describe(own), describe(run));
-            Err(Problem::error(ProblemKind::Input, "different-crs", "", message)
-                .with_remedy("set `terrain.reproject: true` to bring it to the CRS of the run"))
-        };
+        });
         points = findings.take(source, moved)?;
     }
     points.iter_mut().for_each(|point| point.elevation += offset);
@@ -373,7 +357,7 @@ fn read_points(
     });
     let survey = findings.take(source, survey)?;
     let Some(clip) = clip else { return Some(survey) };
-    let area = water::area(clip, Some(run), scenario, findings)?;
+    let area = water::area(clip, Some(run), findings)?;
     let extent = survey.extent();
     let clipped = survey.within_area(&area);
     if clipped.is_none() {

@@ -71,6 +71,7 @@ pub(super) fn scenario(resolution: f64) -> Scenario {
         walls: Vec::new(),
         open: Vec::new(),
         boundaries: Vec::new(),
+        closed: Vec::new(),
         sources: Vec::new(),
         rain: None,
         breach: None,

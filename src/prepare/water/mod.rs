@@ -36,7 +36,7 @@ const LISTED_LEAKS: usize = 5;
 pub fn bodies(water: &InitialWater, crs: Option<&Crs>, scenario: &Scenario, findings: &mut Findings) -> Vec<StillBody> {
     let source = &water.polygons;
     let name = source.value.path.display();
-    let Some(features) = features(source, crs, scenario.reproject, findings) else {
+    let Some(features) = features(source, crs, findings) else {
         return Vec::new();
     };
     let has_area = |feature: &Feature| !feature.polygons.is_empty();
@@ -131,10 +131,9 @@ fn warn_of_other_levels(water: &InitialWater, level: &Sourced<f64>, features: &[
 pub fn area(
     source: &Sourced<VectorSource>,
     crs: Option<&Crs>,
-    scenario: &Scenario,
     findings: &mut Findings,
 ) -> Option<geo::MultiPolygon<f64>> {
-    let features = features(source, crs, scenario.reproject, findings)?;
+    let features = features(source, crs, findings)?;
     let mut polygons = Vec::new();
     let mut is_sound = true;
     findings.add_all(source, left_out(source, &features, "polygon", |feature| !feature.polygons.is_empty()));

@@ -116,11 +116,11 @@ fn check_earlier(earlier: &EarlierRun, scenario: &Scenario, findings: &mut Findi
 
 fn place(water: &WaterOfDepth, crs: Option<&Crs>, scenario: &Scenario, findings: &mut Findings) -> Option<Place> {
     let Some(width) = &water.river else {
-        return water::area(&water.place, crs, scenario, findings).map(Place::Area);
+        return water::area(&water.place, crs, findings).map(Place::Area);
     };
     let source = &water.place;
     let name = source.value.path.display();
-    let features = places::features(source, crs, scenario.reproject, findings)?;
+    let features = places::features(source, crs, findings)?;
     let (mut lines, mut without) = (Vec::new(), Vec::new());
     let has_line = |feature: &Feature| feature.lines.iter().any(places::has_length);
     findings.add_all(source, places::left_out(source, &features, "line", has_line));

@@ -91,6 +91,8 @@ pub struct Scenario {
     pub open: Vec<OpenBoundary>,
     /// Open parts of the outline at which more is known.
     pub boundaries: Vec<Sourced<Boundary>>,
+    /// Parts of the outline at which a wall stands, as the planner says; what another entry opens stays open.
+    pub closed: Vec<OpenBoundary>,
     /// Sources of water.
     pub sources: Vec<Sourced<Source>>,
     /// Rain.

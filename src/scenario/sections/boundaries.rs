@@ -6,7 +6,7 @@ use crate::scenario::fields::{Discharge, Level, Quantity, Slope, VectorFile};
 use crate::scenario::model::{Boundary, BoundaryCondition, OpenBoundary, Scenario, Side, Sourced, Timed};
 use crate::scenario::read::{Reader, section};
 use crate::scenario::timed::{self, Changing, RatingFile};
-use crate::scenario::tree::Node;
+use crate::scenario::tree::{Node, Value};
 use crate::scenario::yaml::{Section, Yaml, file, name_of, vector};
 
 section! {
@@ -25,8 +25,9 @@ section! {
         /// The same as `lines`; `side`, `edge` or `lines` is required when absent. Codes: opens-nothing, overlapping-boundaries,
         /// lower-ground-beside, outside-terrain, no-lines.
         line: Option<VectorFile>,
-        /// `open`: nothing is known and water leaves; `free`: waves leave without reflection; another condition is required when
-        /// absent. Codes: free-after-earlier-run.
+        /// `open`: nothing is known and water leaves; `free`: waves leave without reflection; `closed`: a wall stands there, as at
+        /// edges without an entry, and water at it is not reported; another condition is required when absent. Codes:
+        /// free-after-earlier-run, closed-edge.
         r#type: Option<Chosen<OpenType>>,
         /// Discharge that comes in over the whole line or side; another condition is required when absent. Codes: huge-discharge,
         /// lower-ground-beside.
@@ -87,6 +88,26 @@ fn check_boundary(node: &Node, reader: &mut Reader) -> Option<()> {
     place.map(|_| ())
 }
 
+/// Refuses a side that one entry closes and another one opens.
+pub(super) fn check_closed(entries: &[Node], reader: &mut Reader) {
+    let side = |entry: &Node| match entry.get("side").or_else(|| entry.get("edge")).map(|node| &node.value) {
+        Some(Value::Text(side)) => Some(side.clone()),
+        _ => None,
+    };
+    let is_closed =
+        |entry: &&Node| entry.get("type").is_some_and(|kind| kind.value == Value::Text("closed".to_owned()));
+    for closed in entries.iter().filter(is_closed) {
+        let Some(its) = side(closed) else { continue };
+        let opens =
+            |other: &&Node| !is_closed(other) && side(other).is_some_and(|other| other == its || other == "all");
+        if let Some(other) = entries.iter().find(opens) {
+            let message = format!("`{}` opens this side, and it is closed here", other.key);
+            let remedy = "keep one of them; beside a closed side the other sides are opened one by one";
+            reader.error(closed, "conflict", message, remedy);
+        }
+    }
+}
+
 /// Warns of a level alone: it was that of still water beyond in earlier versions.
 fn warn_of_level(node: &Node, reader: &mut Reader) {
     if let Some(level) = node.get("level") {
@@ -111,9 +132,19 @@ pub(super) fn check_still(node: &Node, reader: &mut Reader) -> Option<()> {
     None
 }
 
-/// The edges through which water leaves, and those at which more is known.
-pub(super) fn resolved(entries: Vec<BoundaryEntry>) -> (Vec<OpenBoundary>, Vec<Sourced<Boundary>>) {
-    let (mut open, mut known) = (Vec::new(), Vec::new());
+/// The edges that `boundaries` names.
+#[derive(Default)]
+pub(super) struct Edges {
+    /// Through which water leaves.
+    pub open: Vec<OpenBoundary>,
+    /// At which more is known.
+    pub known: Vec<Sourced<Boundary>>,
+    /// At which a wall stands.
+    pub closed: Vec<OpenBoundary>,
+}
+
+pub(super) fn resolved(entries: Vec<BoundaryEntry>) -> Edges {
+    let Edges { mut open, mut known, mut closed } = Edges::default();
     for (index, entry) in entries.into_iter().enumerate() {
         let place = match (entry.side.or(entry.edge), entry.lines.or(entry.line)) {
             (Some(side), _) => {
@@ -140,6 +171,10 @@ pub(super) fn resolved(entries: Vec<BoundaryEntry>) -> (Vec<OpenBoundary>, Vec<S
         } else {
             match entry.r#type.map(|kind| kind.0.value) {
                 Some(OpenType::Free) => BoundaryCondition::Free,
+                Some(OpenType::Closed) => {
+                    closed.push(place.value);
+                    continue;
+                }
                 _ => {
                     open.push(place.value);
                     continue;
@@ -149,7 +184,7 @@ pub(super) fn resolved(entries: Vec<BoundaryEntry>) -> (Vec<OpenBoundary>, Vec<S
         let boundary = Boundary { place: place.value, condition };
         known.push(Sourced { value: boundary, key: format!("boundaries[{index}]"), place: place.place });
     }
-    (open, known)
+    Edges { open, known, closed }
 }
 
 /// The side or the lines of a boundary.
@@ -192,5 +227,6 @@ pub(super) fn written(scenario: &Scenario) -> Vec<Yaml> {
         .boundaries
         .iter()
         .map(|boundary| Yaml::Entry(open_place(&boundary.value.place).and(condition(&boundary.value.condition))));
-    open.chain(known).collect()
+    let closed = scenario.closed.iter().map(|place| Yaml::Entry(open_place(place).with("type", "closed")));
+    open.chain(known).chain(closed).collect()
 }

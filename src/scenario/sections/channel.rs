@@ -155,7 +155,7 @@ section! {
         still: Option<Changing<Level>>,
         /// Uniform flow goes on beyond; water leaves only; another condition is required when absent. Codes: no-roughness.
         normal_depth: Option<NormalDepth>,
-        /// `free`: waves leave; `open` is refused; another condition is required when absent.
+        /// `free`: waves leave; `closed`: a wall, as without a condition; `open` is refused; another condition is required when absent.
         r#type: Option<Chosen<OpenType>>,
     }
 }
@@ -241,7 +241,7 @@ fn end(section: ChannelEndSection) -> Option<BoundaryCondition> {
     } else if let Some(uniform) = section.normal_depth {
         BoundaryCondition::NormalDepth(uniform.slope.sourced)
     } else {
-        section.r#type.map(|_| BoundaryCondition::Free)?
+        section.r#type.filter(|kind| kind.0.value != OpenType::Closed).map(|_| BoundaryCondition::Free)?
     })
 }
 

@@ -54,7 +54,7 @@ section! {
         boundaries: Option<Vec<BoundaryEntry>>,
         /// Places and lines at which a given discharge comes out of the ground; none when absent.
         sources: Option<Vec<SourceEntry>>,
-        /// Rain on the whole terrain, which makes every cell active; none when absent. Codes: not-a-row, no-variable.
+        /// Rain on the whole terrain, which makes every cell active; none when absent. Codes: not-a-row, no-variable, rain-held-back.
         rain: Option<RainSection>,
         /// A dam that stands at the start and breaks, one in a run; none when absent. Codes: one-breach, method-combination.
         breach: Option<OneBreach>,
@@ -100,16 +100,17 @@ fn check_scenario(node: &Node, reader: &mut Reader) -> Option<()> {
         || channels_alone::are_rough(node)
         || RoughnessSection::when_absent(node, "roughness", reader).is_some();
     let is_whole = is_placed && is_rough;
-    let boundaries = match node.get("boundaries").map(|list| &list.value) {
+    let entries = match node.get("boundaries").map(|list| &list.value) {
         Some(Value::List(entries)) => entries.as_slice(),
         _ => &[],
     };
-    let is_fed = node.has("sources") || node.has("rain") || node.has("channels") || boundaries.iter().any(feeds);
+    boundaries::check_closed(entries, reader);
+    let is_fed = node.has("sources") || node.has("rain") || node.has("channels") || entries.iter().any(feeds);
     if !is_fed && !node.has("initial") {
         NonEmpty::<InitialEntry>::when_absent(node, "initial", reader);
         return None;
     }
-    let has_methods = check_moving_particles(node, boundaries, reader)?;
+    let has_methods = check_moving_particles(node, entries, reader)?;
     let has_tracers = tracers::check(node, reader).is_some();
     (is_whole && has_methods && has_tracers).then_some(())
 }
@@ -209,7 +210,7 @@ pub(in crate::scenario) fn fill_in(written: ScenarioFile, file: &Path) -> Scenar
     ground.breaklines.extend(ground::breaklines(Vec::new(), &walls).0);
     ground.buildings = buildings.map(ground::buildings);
     let (bodies, start) = initial::split(written.initial.map_or_else(Vec::new, |entries| entries.0));
-    let (open, boundaries) = boundaries::resolved(written.boundaries.unwrap_or_default());
+    let edges = boundaries::resolved(written.boundaries.unwrap_or_default());
     Scenario {
         file: file.to_owned(),
         title: written.title.map_or_else(|| name.clone(), |title| title.0.value),
@@ -234,8 +235,9 @@ pub(in crate::scenario) fn fill_in(written: ScenarioFile, file: &Path) -> Scenar
         initial: bodies.into_iter().filter_map(initial::resolved).collect(),
         start,
         walls: walls.into_iter().filter(|wall| !wall.has_crest()).map(|wall| wall.lines.0).collect(),
-        open,
-        boundaries,
+        open: edges.open,
+        boundaries: edges.known,
+        closed: edges.closed,
         sources: sources::resolved(written.sources.unwrap_or_default()),
         rain: written.rain.and_then(rain::resolved),
         breach: written.breach.and_then(|breach| breach::resolved(breach.0)),

@@ -55,8 +55,8 @@ section! {
         /// Layers from the lowest to the uppermost; where several have data, the later one counts. Codes: layers-apart,
         /// different-vertical-datum.
         layers: NonEmpty<LayerEntry>,
-        /// Whether files in another or a geographic reference system are brought to that of the run; otherwise they are refused;
-        /// false when absent. Codes: different-crs, geographic-crs, warp-failed, no-transformation.
+        /// Whether rasters in another or a geographic reference system are warped to that of the run; otherwise they are refused. Points,
+        /// lines and polygons always are brought to it; false when absent. Codes: different-crs, geographic-crs, warp-failed, no-transformation.
         reproject: Option<bool>,
         /// Lines along which the bed is raised (levees) or carved (channels), in the order of the list; none when absent.
         breaklines: Option<Vec<BreaklineEntry>>,

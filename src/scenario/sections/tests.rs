@@ -44,7 +44,7 @@ fn without_places(scenario: &Scenario) -> Scenario {
     }
     plain.walls.iter_mut().for_each(|wall| wall.place = None);
     plain.outputs.gauges.iter_mut().for_each(|gauges| gauges.place = None);
-    for boundary in &mut plain.open {
+    for boundary in plain.open.iter_mut().chain(&mut plain.closed) {
         if let OpenBoundary::Lines(lines) = boundary {
             lines.place = None;
         }

@@ -44,7 +44,7 @@ pub struct Opened {
 pub fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Option<Opened> {
     let breach = scenario.breach.as_ref()?;
     let name = breach.dam.value.path.display();
-    let features = places::features(&breach.dam, crs, scenario.reproject, findings)?;
+    let features = places::features(&breach.dam, crs, findings)?;
     let has_line = |feature: &Feature| feature.lines.iter().any(places::has_length);
     findings.add_all(&breach.dam, places::left_out(&breach.dam, &features, "line", has_line));
     let lines: Vec<_> = features

@@ -20,7 +20,7 @@ const MAP: f64 = 1e9;
 /// only one. It says where results are shown and nothing of the flow, so that it is brought to the reference system of the run unasked.
 pub fn axis(channel: &Channel, crs: Option<&Crs>, findings: &mut Findings) -> Option<Vec<Vec2>> {
     let source = channel.line.as_ref()?;
-    let features = features(source, crs, true, findings)?;
+    let features = features(source, crs, findings)?;
     let is_named = |feature: &&crate::vector::Feature| {
         let name = feature.attribute("id").or_else(|| feature.attribute("name"));
         name.is_some_and(|name| name.to_string() == channel.id.value)

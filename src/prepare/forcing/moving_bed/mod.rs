@@ -58,7 +58,7 @@ fn open_one(bed: &MovingBed, scenario: &Scenario, crs: Option<&Crs>, findings: &
             let negative = Some("give a velocity of 0 or more: the slide goes along its line, and not back");
             let meaning = rows::Meaning { dimension: &VELOCITY, negative };
             let velocity = series::series(velocity, meaning, (0.0, Origin::Own), findings);
-            let features = places::features(path, crs, scenario.reproject, findings)?;
+            let features = places::features(path, crs, findings)?;
             let lines: Vec<Vec<Vec2>> = features.iter().flat_map(lines_of).collect();
             let [line] = &lines[..] else {
                 let message =
