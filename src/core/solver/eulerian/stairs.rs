@@ -80,7 +80,7 @@ mod tests {
     /// For each southern face of the water of a plan, row by row from the north, whether it belongs to a stair.
     fn southern_faces(plan: &[&str]) -> String {
         let is_water = |(row, column): (usize, usize)| {
-            let line = plan.len().checked_sub(row + 1).and_then(|line| plan.get(line));
+            let line = row.checked_add(1).and_then(|next| plan.get(plan.len().checked_sub(next)?));
             line.and_then(|cells| cells.as_bytes().get(column)) == Some(&b'~')
         };
         let is_wall = |cell: (usize, usize), out: Offset| is_water(cell) && !is_water(beside(cell, out));
