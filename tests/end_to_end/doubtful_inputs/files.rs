@@ -26,7 +26,8 @@ fn what_a_file_holds_beside_what_is_wanted_is_not_dropped_in_silence() {
 
 #[test]
 fn rows_with_more_fields_than_columns_are_refused() {
-    let series = "boundaries: [{line: inflow.geojson, discharge: {series: q.csv, column: q_m3_s}}, {side: all, type: closed}]";
+    let series =
+        "boundaries: [{line: inflow.geojson, discharge: {series: q.csv, column: q_m3_s}}, {side: all, type: closed}]";
     for (rows, refused) in [
         (
             "time_min,q_m3_s\n0,0,0,5\n10,0,5,5\n",
