@@ -7,7 +7,8 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
+use std::sync::Mutex;
 
 use floodsim::constants::OutputConstants;
 use floodsim::error::{Problem, ProblemKind};
@@ -26,6 +27,9 @@ const ROWS: usize = 40;
 const SPACING: f64 = 20.0;
 const END: f64 = 600.0;
 const RISE_ON_WET: f64 = 0.1;
+
+/// A program that is started while a file of HDF5 is written gets that file, too, and with it the lock of HDF5: the file can't be opened again then.
+static WRITING_OR_STARTING: Mutex<()> = Mutex::new(());
 
 fn crs_of(epsg: Option<u32>) -> OutputCrs {
     let Some(epsg) = epsg else {
@@ -119,6 +123,7 @@ fn record(plan: &RecorderPlan, fields: &mut FieldsWriter, recorder: Recorder) ->
 
 /// Writes a whole run folder.
 fn write_run(path: &Path, crs: &OutputCrs, origin: Vec2, cell: f64, date: &str) -> RunFolder {
+    let _alone = WRITING_OR_STARTING.lock();
     let folder = RunFolder::create(path, true).unwrap();
     let mut manifest = RunManifest { status: "running".into(), ..RunManifest::default() };
     manifest.write(&folder).unwrap();
@@ -190,7 +195,13 @@ fn interpreter() -> Option<PathBuf> {
 fn read_back(folder: &RunFolder, arguments: &[String]) {
     let Some(python) = interpreter() else { return };
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/readers/read_back.py");
-    let output = Command::new(python).arg(script).arg(folder.path()).args(arguments).output().unwrap();
+    let mut command = Command::new(python);
+    command.arg(script).arg(folder.path()).args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let child = {
+        let _alone = WRITING_OR_STARTING.lock();
+        command.spawn().unwrap()
+    };
+    let output = child.wait_with_output().unwrap();
     let text = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     assert!(output.status.success(), "{text}");
     println!("{text}");
