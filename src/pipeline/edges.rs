@@ -28,19 +28,24 @@ enum Beyond {
     Wall,
 }
 
-/// The faces of leaves between terrain and none; buildings are none.
+/// The faces between terrain and none, each with the leaf that has it; buildings are none.
 fn faces(scene: &Scene, bed: &BedParticles) -> impl Iterator<Item = (ClosedFace, Beyond)> {
     let lattice = &bed.lattice;
     let (forcing, is_built) = (&scene.forcing, |cell: usize| bed.sealed.binary_search(&cell).is_ok());
     let mouths = mouths(scene);
     let squares = lattice.levels().flat_map(|level| (0..level.columns * level.rows).map(move |cell| (level, cell)));
-    let leaves = squares.map(|(level, cell)| lattice.in_stack(level, cell));
-    let leaves = leaves.filter(move |&cell| lattice.is_leaf(cell) && bed.has_terrain(cell));
-    leaves.flat_map(move |cell| {
-        let (length, is_mouth) = (lattice.spacing_of(cell), mouths.contains(&cell));
+    // A square of the finest level may have cells in its place that follow lines; one of them stands for it.
+    let standing = move |(level, cell)| {
+        let square = lattice.in_stack(level, cell);
+        let leaf = if level.first_row == 0 { lattice.leaf_of(square) } else { square };
+        let is_its = leaf == square || lattice.conforming_at(leaf).is_some();
+        (is_its && lattice.is_leaf(leaf) && bed.has_terrain(leaf)).then_some((square, leaf))
+    };
+    squares.filter_map(standing).flat_map(move |(square, cell)| {
+        let (length, is_mouth) = (lattice.spacing_of(square), mouths.contains(&cell));
         NEIGHBOURS.into_iter().filter_map(move |offset| {
             let normal = Vec2::new(offset.0 as f64, offset.1 as f64);
-            let (centre, times) = (lattice.centre(cell), length / lattice.spacing);
+            let (centre, times) = (lattice.centre(square), length / lattice.spacing);
             let beyond = lattice.cell_at(centre + normal * length);
             if beyond.is_some_and(|beyond| bed.has_terrain(beyond) || is_built(beyond)) {
                 return None;

@@ -11,7 +11,7 @@ use crate::error::{Error, Problem, ProblemKind};
 use crate::math::in_bytes;
 use crate::scenario::Scenario;
 
-/// How often the room is looked at.
+/// How often the room is looked at without a frame.
 const INTERVAL: Duration = Duration::from_millis(500);
 
 /// The free space (bytes) of the disk that a folder is on, or will be; none where the system does not say.
@@ -98,9 +98,9 @@ impl Room {
         }
     }
 
-    /// What ends the run now: no more room than its maps need. It is looked at twice a second.
-    pub fn shortage(&mut self) -> Option<Error> {
-        if self.looked.elapsed() < INTERVAL {
+    /// What ends the run now: no more room than its maps need. It is looked at after every frame, and twice a second.
+    pub fn shortage(&mut self, has_frame: bool) -> Option<Error> {
+        if !has_frame && self.looked.elapsed() < INTERVAL {
             return None;
         }
         self.looked = Instant::now();

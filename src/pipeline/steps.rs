@@ -42,7 +42,7 @@ impl Run<'_> {
                 early = Some(Early::Unwritten(error));
                 break;
             }
-            if let Some(error) = self.room.shortage() {
+            if let Some(error) = self.room.shortage(is_frame_due) {
                 early = Some(Early::Unwritten(error));
                 break;
             }

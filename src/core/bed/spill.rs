@@ -7,7 +7,8 @@
 //! found from the outlets inwards, the lowest first (priority flood: Barnes, Lehman and Mulla 2014, Computers & Geosciences 62). Water of a cell
 //! below its spill level stays. Without an outlet all of it does.
 //!
-//! Left out: walls that are lines, and dams that may break.
+//! Left out: walls that are lines, dams that may break, and of cells that follow lines those that stand for no square of the lattice, which hold
+//! nothing here.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -46,7 +47,7 @@ impl Eq for Reached {}
 /// which are cells, and of no meaning without terrain.
 pub fn spill_levels(bed: &BedParticles, outlets: &[usize]) -> Vec<f64> {
     let lattice = &bed.lattice;
-    let mut spill = vec![f64::INFINITY; lattice.len()];
+    let mut spill = bed.elevation.clone();
     let mut is_outlet = vec![false; lattice.len()];
     outlets.iter().for_each(|&cell| is_outlet[cell] = true);
     let mut ways = BinaryHeap::new();
@@ -55,6 +56,7 @@ pub fn spill_levels(bed: &BedParticles, outlets: &[usize]) -> Vec<f64> {
     for row in 0..lattice.rows {
         for column in 0..lattice.columns {
             let cell = lattice.leaf(column, row);
+            spill[cell] = f64::INFINITY;
             if is_outlet[cell] && bed.has_terrain(cell) {
                 ways.push(Reached { level: bed.elevation[cell], place: (row, column) });
             }
