@@ -6,7 +6,7 @@
 //! V(t) = Σ A_i (max_{t' ≤ t} d_i(t') − d_i(0)),   growth = (V(T) − V(0.9 T)) / V(T)
 //! ```
 //!
-//! A flood that ended gives 0, one that grows evenly 0.1. It is not told where the greatest depths rose by less than a millimetre on the mean
+//! A flood that ended gives 0, one that grows evenly 0.1. It is not reported where the greatest depths rose by less than a millimetre on the mean
 //! of the cells that were reached: waves of a lake rise for ever.
 
 use serde::Serialize;
@@ -20,9 +20,9 @@ use crate::math::Vec2;
 const LATE: f64 = 0.9;
 /// A step that ends behind this share of the run leaves too little of it to judge by.
 const TOO_LATE: f64 = 0.95;
-/// Growth from which it is told.
+/// Growth from which it is reported.
 const TOLD: f64 = 0.02;
-/// Mean rise (m) of the greatest depths from which it is told.
+/// Mean rise (m) of the greatest depths from which it is reported.
 const TOLD_RISE: f64 = 1e-3;
 
 /// How the flood still grew when the run ended.
@@ -66,7 +66,7 @@ impl GrowthRecorder {
         }
     }
 
-    /// The growth of a run that came to its end, where it is worth a word.
+    /// The growth of a run that came to its end, where it is reported.
     pub(super) fn at_end(&self, time: f64, maxima: &Maxima, lattice: &Lattice) -> Option<Growth> {
         let (since_s, before) = self.late.filter(|(since, _)| *since <= TOO_LATE * self.end_time)?;
         if time < self.end_time {

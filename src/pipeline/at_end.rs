@@ -8,7 +8,7 @@ use crate::math::{Vec2, readable};
 use crate::output::{Growth, HeldBack, Recording, WarningRecord};
 use crate::scenario::Scenario;
 
-/// Share of the rain from which it is told that it is held back.
+/// Share of the rain that is held back from which a run warns.
 const TOLD_SHARE: f64 = 0.05;
 
 impl Run<'_> {
@@ -57,7 +57,7 @@ fn held_back(held: &HeldBack, scenario: &Scenario) -> Problem {
         readable(scenario.numerics.dry_depth),
         of(held.in_pits_m3)
     );
-    let remedy = "right where the ground has such pits; for thin rain take a smaller `numerics.dry_depth`, and for runoff fill the pits of the terrain";
+    let remedy = "expected where the ground has such pits; for thin rain take a smaller `numerics.dry_depth`, and for runoff fill the pits of the terrain";
     let place = scenario.rain.as_ref().and_then(|rain| rain.place.clone());
     let problem = input_warning("rain-held-back", message).with_cause(cause).with_remedy(remedy).with_place(place);
     Problem { key: "rain".to_owned(), ..problem }

@@ -10,7 +10,7 @@ use crate::output::{ClosedEdge, ClosedFace};
 use crate::prepare::{Scene, Setup};
 use crate::scenario::Scenario;
 
-/// Depth (m) of still water at a closed edge from which it is told.
+/// Depth (m) of still water at a closed edge from which it is reported.
 const TOLD_DEPTH: f64 = 0.1;
 
 /// What to do about water at a closed edge.

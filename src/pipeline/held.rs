@@ -10,7 +10,7 @@ use crate::solver::{FlowSolver, Way};
 
 /// The pits of the ground, as it is at the start.
 pub(super) struct Pits {
-    /// Bed and spill level (m) of each cell with terrain that stands for its place, its area (m²), and its number.
+    /// Of each cell with terrain that stands for its place: its number, bed and spill level (m), and area (m²).
     cells: Vec<(usize, f64, f64, f64)>,
     dry_depth: f64,
     /// Water below the spill levels at the start (m³).

@@ -17,7 +17,7 @@ const TIMES: f64 = 10.0;
 const MAP: f64 = 1e9;
 
 /// The axis of a channel from its far to its near end (map coordinates): the line of its file that has the name of the channel, or the
-/// only one. It says where results are shown and nothing of the flow, so that it is brought to the reference system of the run unasked.
+/// only one. It says where results are shown and nothing of the flow.
 pub fn axis(channel: &Channel, crs: Option<&Crs>, findings: &mut Findings) -> Option<Vec<Vec2>> {
     let source = channel.line.as_ref()?;
     let features = features(source, crs, findings)?;
