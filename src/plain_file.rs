@@ -1,9 +1,13 @@
-//! Files that may be read: a pipe, a device or a socket gives no end of bytes or none at all, and what a text may hold has a bound.
+//! Files and folders that may be read: a pipe, a device or a socket gives no end of bytes or none at all, and what a text may hold has a bound.
 
+use std::ffi::OsStr;
 use std::fs::{File, Metadata};
 use std::io::{Error, ErrorKind, Read, Result};
+use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::FileTypeExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+use rustix::fs::{Dir, Mode, OFlags};
 
 /// Bytes of a text, such as a table or the record of a run, at most: 1 GiB.
 pub const MOST_TEXT: u64 = 1 << 30;
@@ -53,9 +57,37 @@ pub fn read_to_string(path: impl AsRef<Path>) -> Result<String> {
     String::from_utf8(bytes).map_err(|error| Error::new(ErrorKind::InvalidData, error))
 }
 
+/// The paths of what is in a folder, by name. The standard library's own reader panics where the folder cannot be closed.
+///
+/// # Errors
+/// When it is no folder, or cannot be read.
+pub fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
+    let opened = rustix::fs::open(folder, OFlags::RDONLY | OFlags::DIRECTORY | OFlags::CLOEXEC, Mode::empty())?;
+    let mut paths = Vec::new();
+    for entry in Dir::new(opened)? {
+        let entry = entry?;
+        let name = entry.file_name().to_bytes();
+        if name != b"." && name != b".." {
+            paths.push(folder.join(OsStr::from_bytes(name)));
+        }
+    }
+    paths.sort();
+    Ok(paths)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_in_a_folder_is_found() {
+        let place = tempfile::tempdir().unwrap();
+        let paths = ["b", "a c", ".hidden"].map(|name| place.path().join(name));
+        paths.iter().for_each(|path| std::fs::write(path, "").unwrap());
+        let [b, a, hidden] = paths;
+        assert_eq!(entries(place.path()).unwrap(), [hidden, a, b.clone()]);
+        assert!(entries(&b).is_err() && entries(&place.path().join("none")).is_err());
+    }
 
     #[test]
     fn what_has_no_end_is_not_read() {

@@ -75,6 +75,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "maps",
             "physics::kernel",
             "geodata::heard",
+            "geodata::keep_quiet",
             "plain_file",
         ],
     ),

@@ -5,6 +5,7 @@ pub mod cf_axes;
 pub mod cf_heights;
 pub mod cf_valid;
 mod crs;
+mod hdf5;
 mod messages;
 pub mod netcdf_file;
 pub mod open;
@@ -16,6 +17,7 @@ pub use crs::{
     Crs, CrsProblem, describe, is_metric, map_scales, run_crs_of, same_horizontal, spatial_ref, suggested_utm,
     transform, vertical_datum, vertical_points_down, vertical_unit,
 };
+pub use hdf5::keep_quiet;
 pub use messages::{alone, capture, heard};
 pub use text::{Table, TextError, read_text, read_text_within};
 pub use unwrapped::{horizontal_part, is_alpha, warp_to_memory};

@@ -1,8 +1,9 @@
-//! What a VRT, and the side file of a raster, names: other files and code. Read with GDAL's own reader of XML, before GDAL opens the file.
+//! What a VRT, a file of HDF5, and the side file of a raster name: other files and code. Read before GDAL opens the file, XML with GDAL's own reader.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use super::hdf5;
 use super::unwrapped::{Element, elements};
 use crate::plain_file;
 
@@ -29,12 +30,12 @@ pub enum Named {
     Code,
 }
 
-/// What a VRT names, and what the side file of a raster does; nothing where there is none.
+/// What a VRT names, or a file of HDF5, and what the side file of a raster does; nothing where there is none.
 ///
 /// # Errors
 /// When it cannot be read, or is larger than any VRT.
 pub fn named_by(path: &Path) -> std::io::Result<Vec<Named>> {
-    let mut named = if is_vrt(path)? { of_xml(path)? } else { Vec::new() };
+    let mut named = if is_vrt(path)? { of_xml(path)? } else { of_hdf5(path) };
     let mut side_file = path.as_os_str().to_owned();
     side_file.push(".aux.xml");
     if Path::new(&side_file).exists() {
@@ -90,6 +91,18 @@ fn is_vrt(path: &Path) -> std::io::Result<bool> {
     let mut begin = Vec::new();
     plain_file::open(path)?.take(BEGIN as u64).read_to_end(&mut begin)?;
     Ok(begin.windows(SIGN.len()).any(|window| window == SIGN))
+}
+
+/// The files that one of HDF5 names. It looks for them in its own folder and in that of the program.
+fn of_hdf5(path: &Path) -> Vec<Named> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let names = if path.is_dir() { Vec::new() } else { hdf5::names_in(path) };
+    let found = names.into_iter().flat_map(|name| {
+        let here = Some(PathBuf::from(&name)).filter(|file| file.exists()).map(Named::File);
+        let beside = Named::File(folder.join(name));
+        here.into_iter().filter(|here| *here != beside).chain([beside.clone()]).collect::<Vec<_>>()
+    });
+    found.collect()
 }
 
 fn of_xml(path: &Path) -> std::io::Result<Vec<Named>> {

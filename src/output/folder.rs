@@ -11,6 +11,7 @@ use std::sync::Arc;
 
 use super::hold::{HOLD, Hold, in_use, is_held, unwritable};
 use crate::error::{Error, Problem, ProblemKind};
+use crate::plain_file::entries;
 
 /// Files that a run writes, relative to its folder, and those of a report, which would be out of date beside another run.
 const OWN_FILES: [&str; 29] = [
@@ -133,8 +134,8 @@ impl RunFolder {
 
     /// The same of a folder that is there, whoever holds it.
     fn look(path: &Path, overwrite: bool) -> Option<Problem> {
-        let count = |entries: fs::ReadDir| entries.flatten().filter(|entry| entry.file_name() != HOLD).count();
-        match fs::read_dir(path).map(count) {
+        let count = |paths: Vec<PathBuf>| paths.iter().filter(|path| path.file_name() != Some(HOLD.as_ref())).count();
+        match entries(path).map(count) {
             Err(cause) => Some(unwritable(path, &cause.to_string())),
             Ok(entries) if !overwrite && entries > 0 => Some(
                 Problem::error(
@@ -220,9 +221,7 @@ impl RunFolder {
         let mut paths: Vec<PathBuf> = named.map(|name| self.file(name)).filter(|path| path.is_file()).collect();
         let maps = self.file("cog");
         if maps.is_dir() {
-            for entry in fs::read_dir(maps)? {
-                paths.extend(Some(entry?.path()).filter(|path| is_own_map(path)));
-            }
+            paths.extend(entries(&maps)?.into_iter().filter(|path| is_own_map(path)));
         }
         Ok(paths)
     }
@@ -249,11 +248,8 @@ impl RunFolder {
     fn delete_where(&self, goes: impl Fn(&Path) -> bool) -> std::io::Result<()> {
         for folder in [self.path.clone(), self.file("cog"), self.file("tables")].iter().filter(|folder| folder.is_dir())
         {
-            for entry in fs::read_dir(folder)? {
-                let path = entry?.path();
-                if path.is_file() && goes(&path) {
-                    fs::remove_file(&path)?;
-                }
+            for path in entries(folder)?.iter().filter(|path| path.is_file() && goes(path)) {
+                fs::remove_file(path)?;
             }
         }
         Ok(())

@@ -3,12 +3,14 @@
 //! A run that fills its disk writes no maps. So it ends before, while there is room for them: as at a full disk, with exit code 8, and
 //! `floodsim resume` goes on.
 
+use std::fs::Metadata;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use super::disk::Disk;
 use crate::error::{Error, Problem, ProblemKind};
 use crate::math::in_bytes;
+use crate::plain_file::entries;
 use crate::scenario::Scenario;
 
 /// How often the room is looked at without a frame.
@@ -25,10 +27,11 @@ fn free_space(folder: &Path) -> Option<f64> {
 
 /// The size (bytes) of the files of a folder and of the folders in it.
 fn size_of(folder: &Path) -> f64 {
-    let entries = |folder: &Path| std::fs::read_dir(folder).into_iter().flatten().flatten();
-    let file = |entry: &std::fs::DirEntry| entry.metadata().ok().filter(|metadata| metadata.is_file());
-    let within = entries(folder).filter(|entry| entry.path().is_dir()).flat_map(|inner| entries(&inner.path()));
-    entries(folder).chain(within).filter_map(|entry| file(&entry)).map(|metadata| metadata.len() as f64).sum()
+    let within = |folder: &Path| entries(folder).unwrap_or_default();
+    let of_file = |path: &PathBuf| path.symlink_metadata().ok().filter(Metadata::is_file);
+    let own = within(folder);
+    let inner = own.iter().filter(|path| path.is_dir()).flat_map(|folder| within(folder));
+    own.iter().cloned().chain(inner).filter_map(|path| of_file(&path)).map(|metadata| metadata.len() as f64).sum()
 }
 
 /// What stands in the way of a run that takes so much of the disk: its limit, or what is free. What is in its folder it writes over.

@@ -107,13 +107,13 @@ fn fault_of(file: &Path, named: &Named, roots: &[PathBuf], is_remote_allowed: bo
     };
     let message = format!("{name} names a file from elsewhere");
     Some(input_error("foreign-file", message).with_cause(cause).with_remedy(
-        "copy that file into the folder of the scenario and make the VRT anew; or trust it with `limits.allow_remote: true`",
+        "copy that file into the folder of the scenario and make this one anew; or trust it with `limits.allow_remote: true`",
     ))
 }
 
 fn missing(source: &Path, file: &Path) -> Option<Problem> {
     let problem = readable_file(source).err()?.with_cause(format!("{} names it", file.display()));
-    Some(problem.with_remedy("copy it there, or make the VRT anew: `gdalbuildvrt OUT FILES`"))
+    Some(problem.with_remedy("copy it there, or make this file anew"))
 }
 
 fn named_elsewhere(path: &Path, is_path_of_gdal: bool) -> Problem {

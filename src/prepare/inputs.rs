@@ -10,6 +10,7 @@ use crate::error::{Place, Problem, ProblemKind};
 use crate::geodata::cf_axes::split_variable;
 use crate::geodata::open::files_of_raster;
 use crate::geodata::vrt::{is_elsewhere, is_of_statistics, sources};
+use crate::plain_file::entries;
 use crate::prepare::rain::series as rain_series;
 use crate::scenario::ChannelShape;
 use crate::scenario::{
@@ -241,10 +242,7 @@ fn with_its_files(path: &Path) -> Vec<PathBuf> {
     let mut files = vec![path.to_owned()];
     files.extend(side_files.iter().map(|extension| path.with_extension(extension)));
     if path.is_dir() {
-        let mut inside: Vec<PathBuf> =
-            std::fs::read_dir(path).into_iter().flatten().flatten().map(|entry| entry.path()).collect();
-        inside.sort();
-        files.extend(inside);
+        files.extend(entries(path).unwrap_or_default());
     } else if !NO_RASTERS.contains(&extension.as_str()) {
         let own = std::iter::once(path.to_owned()).chain(sources(path));
         // GDAL names the sources of a VRT, too, and those that are no files of this machine.

@@ -17,7 +17,7 @@ use super::super::folder::{RunFolder, output_error};
 use super::super::grid::FILL;
 use super::super::{OutputCrs, WET_DEPTH};
 use super::crs::WritableCrs;
-use super::netcdf_file::{close, create, define_crs, put_texts, put_time_attributes, variable};
+use super::netcdf_file::{Written, define_crs, put_texts, put_time_attributes, variable};
 use super::read_back::ReadBack;
 use super::{FileHead, Provenance};
 use crate::error::Error;
@@ -90,7 +90,7 @@ struct Description {
 pub struct ChannelsWriter {
     folder: RunFolder,
     description: Description,
-    file: FileMut,
+    file: Written,
     moments: usize,
 }
 
@@ -108,8 +108,8 @@ impl ChannelsWriter {
         let description = Description { profiles: profiles.to_vec(), crs: crs.clone(), provenance: provenance.clone() };
         let path = folder.file(PARTIAL);
         let crs = WritableCrs::new(&description.crs, &path)?;
-        let begin = || -> netcdf::Result<FileMut> {
-            let mut file = create(&path, Options::_64BIT_OFFSET)?;
+        let begin = || -> netcdf::Result<Written> {
+            let mut file = Written::create(&path, Options::_64BIT_OFFSET)?;
             file.add_unlimited_dimension("time")?;
             description.define(&mut file, crs.as_ref(), None)?;
             file.enddef()?;
@@ -117,7 +117,7 @@ impl ChannelsWriter {
             file.sync()?;
             Ok(file)
         };
-        let file = if moments > 0 { netcdf::append(&path) } else { begin() };
+        let file = if moments > 0 { Written::append(&path) } else { begin() };
         let file = file.map_err(|cause| output_error(&path, cause))?;
         Ok(ChannelsWriter { folder: folder.clone(), description, file, moments })
     }
@@ -278,7 +278,7 @@ impl Description {
         let source = netcdf::open(partial).map_err(|cause| output_error(partial, cause))?;
         let copy = || -> netcdf::Result<()> {
             let moments = source.dimension_len("time").unwrap_or(0);
-            let mut file = create(path, Options::NETCDF4)?;
+            let mut file = Written::create(path, Options::NETCDF4)?;
             file.add_dimension("time", moments)?;
             let chunk = [moments.clamp(1, CHUNK), self.stations().min(CHUNK)];
             self.define(&mut file, crs.as_ref(), Some(chunk))?;
@@ -293,7 +293,7 @@ impl Description {
                 let stored = source.variable(name).ok_or_else(|| netcdf::Error::NotFound(name.to_string()))?;
                 variable(&mut file, name)?.put_values(&stored.get_values::<f64, _>(..)?, ..)?;
             }
-            close(file)
+            file.close()
         };
         copy().map_err(|cause| output_error(path, cause))?;
         let back = ReadBack::open(path)?;

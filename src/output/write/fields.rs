@@ -20,7 +20,7 @@ use super::super::grid::{FILL, OutputGrid};
 use super::super::tracers::TracerPlan;
 use super::FileHead;
 use super::crs::WritableCrs;
-use super::netcdf_file::{FileDescription, NetcdfFile, close, create};
+use super::netcdf_file::{FileDescription, NetcdfFile, Written};
 use super::read_back::ReadBack;
 use super::tracers::field;
 use crate::error::Error;
@@ -155,9 +155,9 @@ fn write_partial(
     let failed = |cause: netcdf::Error| output_error(path, cause);
     let crs = WritableCrs::new(&description.crs, path)?;
     let mut file = if written > 0 {
-        NetcdfFile { file: netcdf::append(path).map_err(failed)?, crs: &crs }
+        NetcdfFile { file: Written::append(path).map_err(failed)?, crs: &crs }
     } else {
-        let file = create(path, Options::_64BIT_OFFSET).map_err(failed)?;
+        let file = Written::create(path, Options::_64BIT_OFFSET).map_err(failed)?;
         let mut file = NetcdfFile::describe(file, path, &crs, description)?;
         define_fields(&mut file, (description, tracers), false).map_err(failed)?;
         file.file.enddef().map_err(failed)?;
@@ -236,7 +236,7 @@ fn convert(
     let failed = |cause: netcdf::Error| output_error(path, cause);
     let crs = WritableCrs::new(&description.crs, path)?;
     let source = netcdf::open(partial).map_err(|cause| output_error(partial, cause))?;
-    let file = create(path, Options::NETCDF4).map_err(failed)?;
+    let file = Written::create(path, Options::NETCDF4).map_err(failed)?;
     let mut file = NetcdfFile::describe(file, path, &crs, description)?;
     let mut copy = || -> netcdf::Result<()> {
         let fields = all_fields(tracers);
@@ -255,7 +255,7 @@ fn convert(
         Ok(())
     };
     copy().map_err(failed)?;
-    close(file.file).map_err(failed)?;
+    file.file.close().map_err(failed)?;
     compare(&source, path, (description, tracers))
 }
 

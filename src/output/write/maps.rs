@@ -8,7 +8,7 @@ use netcdf::Options;
 use super::super::folder::{RunFolder, output_error};
 use super::super::grid::{FILL, GridMaps, OutputGrid};
 use super::crs::WritableCrs;
-use super::netcdf_file::{FileDescription, NetcdfFile, close, create};
+use super::netcdf_file::{FileDescription, NetcdfFile, Written};
 use super::read_back::ReadBack;
 use super::variables::{MapKind, MapVariable, map_variables, threshold_name};
 use super::{FileHead, Provenance};
@@ -33,7 +33,7 @@ pub fn write_maps(
     let variables = map_variables(maps, rise_on_wet);
     folder.write_with("maps.nc", |path| {
         let crs = WritableCrs::new(crs, path)?;
-        let file = create(path, Options::NETCDF4).map_err(|cause| output_error(path, cause))?;
+        let file = Written::create(path, Options::NETCDF4).map_err(|cause| output_error(path, cause))?;
         let mut file = NetcdfFile::describe(file, path, &crs, &description)?;
         let write = |file: &mut NetcdfFile<'_>| -> netcdf::Result<()> {
             define_period(file, provenance, end_time)?;
@@ -48,7 +48,7 @@ pub fn write_maps(
             Ok(())
         };
         write(&mut file).map_err(|cause| output_error(path, cause))?;
-        close(file.file).map_err(|cause| output_error(path, cause))?;
+        file.file.close().map_err(|cause| output_error(path, cause))?;
         let back = ReadBack::open(path)?;
         variables.iter().try_for_each(|variable| match variable.kind {
             MapKind::Class => back.compare(&variable.name, .., &classes_of(variable)),

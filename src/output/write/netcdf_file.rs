@@ -3,6 +3,7 @@
 //! Cell centres in double precision, north to south, so that GDAL finds an even spacing and a north-up raster; `standard_name`
 //! and `axis` on both, so that every reader finds the coordinates.
 
+use std::ops::{Deref, DerefMut};
 use std::path::Path;
 
 use netcdf::{AttributeValue, FileMut, Options, VariableMut};
@@ -12,9 +13,10 @@ use super::super::folder::output_error;
 use super::super::grid::OutputGrid;
 use super::Provenance;
 use super::crs::WritableCrs;
-use super::netcdf_raw::{keep_quiet, with_caches_of};
+use super::netcdf_raw::{SecondHold, with_caches_of};
 use crate::calendar::cf;
 use crate::error::Error;
+use crate::geodata::keep_quiet;
 
 /// Greatest edge of a chunk of a compressed variable, in cells.
 const CHUNK: usize = 512;
@@ -27,7 +29,7 @@ const DEFLATE: i32 = 1;
 
 /// A NetCDF file while its contents are defined.
 pub(super) struct NetcdfFile<'a> {
-    pub(super) file: FileMut,
+    pub(super) file: Written,
     pub(super) crs: &'a Option<WritableCrs>,
 }
 
@@ -42,7 +44,7 @@ pub(super) struct FileDescription {
 impl<'a> NetcdfFile<'a> {
     /// Defines dimensions, coordinates, `crs` and global attributes in a file that was just created.
     pub(super) fn describe(
-        file: FileMut,
+        file: Written,
         path: &Path,
         crs: &'a Option<WritableCrs>,
         description: &FileDescription,
@@ -133,21 +135,53 @@ impl<'a> NetcdfFile<'a> {
     }
 }
 
-/// Creates a file; what goes wrong with it is returned, and not written to stderr.
-pub(super) fn create(path: &Path, options: Options) -> netcdf::Result<FileMut> {
-    keep_quiet();
-    netcdf::create_with(path, options)
+/// A file that is written.
+#[derive(Debug)]
+pub(super) struct Written {
+    // Given up in this order.
+    file: FileMut,
+    hold: SecondHold,
 }
 
-/// Closes a file once all of it is written. Where that fails the library crashes at closing it, so that it stays open; the program leaves without
-/// closing what is open.
-pub(super) fn close(file: FileMut) -> netcdf::Result<()> {
-    match file.sync() {
-        Ok(()) => file.close(),
-        Err(error) => {
-            std::mem::forget(file);
-            Err(error)
+impl Written {
+    /// Creates a file; what goes wrong with it is returned, and not written to stderr.
+    pub(super) fn create(path: &Path, options: Options) -> netcdf::Result<Self> {
+        keep_quiet();
+        let file = netcdf::create_with(path, options)?;
+        Ok(Written { file, hold: SecondHold::on(path) })
+    }
+
+    /// Opens a classic file that goes on.
+    pub(super) fn append(path: &Path) -> netcdf::Result<Self> {
+        Ok(Written { file: netcdf::append(path)?, hold: SecondHold::NONE })
+    }
+
+    /// Closes a file once all of it is written. What cannot be flushed stays open; the program leaves without closing what is open.
+    pub(super) fn close(self) -> netcdf::Result<()> {
+        match self.file.sync() {
+            Ok(()) => {
+                let Written { file, hold } = self;
+                file.close().and_then(|()| hold.close())
+            }
+            Err(error) => {
+                std::mem::forget(self);
+                Err(error)
+            }
         }
+    }
+}
+
+impl Deref for Written {
+    type Target = FileMut;
+
+    fn deref(&self) -> &FileMut {
+        &self.file
+    }
+}
+
+impl DerefMut for Written {
+    fn deref_mut(&mut self) -> &mut FileMut {
+        &mut self.file
     }
 }
 

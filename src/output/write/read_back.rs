@@ -13,9 +13,9 @@ use netcdf::Extents;
 use netcdf::types::NcTypeDescriptor;
 
 use super::super::folder::output_error;
-use super::netcdf_raw::keep_quiet;
+use super::netcdf_raw::SecondHold;
 use crate::error::Error;
-use crate::geodata::heard;
+use crate::geodata::{heard, keep_quiet};
 
 /// Writes a file of GDAL and reads it back; any message of GDAL meanwhile is an error.
 pub(super) fn without_messages(path: &Path, work: impl FnOnce() -> Result<(), Error>) -> Result<(), Error> {
@@ -33,14 +33,16 @@ fn differs(path: &Path, what: &str) -> Error {
 /// A NetCDF file that is read back.
 pub(super) struct ReadBack<'a> {
     path: &'a Path,
+    // Given up in this order.
     file: netcdf::File,
+    _hold: SecondHold,
 }
 
 impl<'a> ReadBack<'a> {
     pub(super) fn open(path: &'a Path) -> Result<Self, Error> {
         keep_quiet();
         let file = netcdf::open(path).map_err(|cause| output_error(path, cause))?;
-        Ok(ReadBack { path, file })
+        Ok(ReadBack { path, file, _hold: SecondHold::on(path) })
     }
 
     /// Compares a part of a variable, bit for bit.

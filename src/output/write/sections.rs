@@ -7,7 +7,7 @@ use super::super::folder::{RunFolder, output_error, write_lines};
 use super::super::grid::FILL;
 use super::super::sections::{Section, SectionRecording, SectionResult, SectionSample};
 use super::crs::WritableCrs;
-use super::netcdf_file::{close, create, define_crs, put_texts, put_time_attributes, variable};
+use super::netcdf_file::{Written, define_crs, put_texts, put_time_attributes, variable};
 use super::read_back::ReadBack;
 use super::tables::{decimals, number, row, text};
 use super::{FileHead, Provenance};
@@ -215,7 +215,7 @@ fn write_netcdf(
     sections: &[Section],
     SectionRecording { results, samples }: &SectionRecording,
 ) -> netcdf::Result<()> {
-    let mut file = create(path, Options::NETCDF4)?;
+    let mut file = Written::create(path, Options::NETCDF4)?;
     for (name, value) in provenance.global_attributes() {
         file.add_attribute(name, value)?;
     }
@@ -242,7 +242,7 @@ fn write_netcdf(
         let values: Vec<f64> = sections.iter().zip(results).map(number).collect();
         variable.put_values(&values, ..)?;
     }
-    close(file)
+    file.close()
 }
 
 /// Names and middles of the sections, and the system of their coordinates.

@@ -28,7 +28,7 @@ section! {
         /// Wall-clock time between two checkpoints, from which `floodsim resume` goes on; `off` for none; 10 min when absent. From 10 min on they take
         /// 2 % of the run at most: where one takes long, the next comes later.
         checkpoint: Option<CheckpointInterval>,
-        /// Whether rasters and vector files may be read from a network or an archive (`/vsicurl/`, `/vsizip/` and the like), and a VRT may name
+        /// Whether rasters and vector files may be read from a network or an archive (`/vsicurl/`, `/vsizip/` and the like), and a VRT or a NetCDF file may name
         /// these or files outside of its folder and that of the scenario; `false` when absent. Codes: foreign-file, no-checksum.
         allow_remote: Option<bool>,
     }
