@@ -33,6 +33,11 @@ pub(super) const GROUP: Group = Group {
             "Correct the level, its unit or its datum, or take the row out.",
         ),
         error(
+            "implausible-value",
+            "A number of a table or raster is greater than any of its kind. It may be a code for a missing value, or have another unit.",
+            "Correct the number or its unit, take the row out, or declare the no-data value.",
+        ),
+        error(
             "missing-column",
             "A table does not have a column that is needed.",
             "Correct the name in the scenario or in the first line of the file.",

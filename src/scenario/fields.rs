@@ -116,9 +116,9 @@ kinds! {
     /// A correction of elevations (m).
     Offset: LENGTH, "0.12 m", "between -20 km and 20 km", |value| value.abs() <= 20e3;
     /// A length or depth (m).
-    Length: LENGTH, "20 m", "greater than 0 and at most 10,000 km", |value| value > 0.0 && value <= 1e7;
+    Length: LENGTH, "20 m", "greater than 0 and at most 10,000 km", |value| value > 0.0 && value <= units::LENGTH.most;
     /// A distance that may be 0 (m).
-    Distance: LENGTH, "50 m", "0 or more and at most 10,000 km", |value| (0.0..=1e7).contains(&value);
+    Distance: LENGTH, "50 m", "0 or more and at most 10,000 km", |value| (0.0..=units::LENGTH.most).contains(&value);
     /// A span of time (s).
     Duration: TIME, "100 s", "greater than 0 and at most 10,000 d", |value| value > 0.0 && value <= 1e4 * 86_400.0;
     /// A time of the run (s).
@@ -128,13 +128,13 @@ kinds! {
     /// The end of a run (s).
     EndTime: TIME, "1 h 30 min", "from 0.001 s to 366 d", |value| (1e-3..=366.0 * 86_400.0).contains(&value);
     /// A volume of water (m³).
-    Volume: VOLUME, "9.8 Mm3", "greater than 0 and at most 1e15 m3", |value| value > 0.0 && value <= 1e15;
+    Volume: VOLUME, "9.8 Mm3", "greater than 0 and at most 1e15 m3", |value| value > 0.0 && value <= units::VOLUME.most;
     /// A discharge (m³/s).
-    Discharge: DISCHARGE, "30 m3/s", "0 or more and at most 1e9 m3/s", |value| (0.0..=1e9).contains(&value);
+    Discharge: DISCHARGE, "30 m3/s", "0 or more and at most 1e9 m3/s", |value| (0.0..=units::DISCHARGE.most).contains(&value);
     /// The velocity of a slide (m/s).
-    Velocity: VELOCITY, "20 m/s", "0 or more and at most 1000 m/s", |value| (0.0..=1000.0).contains(&value);
+    Velocity: VELOCITY, "20 m/s", "0 or more and at most 1000 m/s", |value| (0.0..=units::VELOCITY.most).contains(&value);
     /// An intensity of rain or of its loss (m/s).
-    Intensity: INTENSITY, "20 mm/h", "0 or more and at most 1 m/s", |value| (0.0..=1.0).contains(&value);
+    Intensity: INTENSITY, "20 mm/h", "0 or more and at most 1 m/s", |value| (0.0..=units::INTENSITY.most).contains(&value);
     /// A depth of water that may be 0 (m).
     Height: LENGTH, "5 mm", "0 or more and at most 20 km", |value| (0.0..=20e3).contains(&value);
     /// A slope (dimensionless).

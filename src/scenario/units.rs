@@ -10,6 +10,8 @@ pub struct Dimension {
     pub name: &'static str,
     /// Accepted units and their factors to SI; the first one is what messages suggest: the SI unit itself, but for rain.
     pub units: &'static [(&'static str, f64)],
+    /// No such quantity of a flood is greater, in SI; infinite where others bound it.
+    pub most: f64,
     /// Whether a number without a unit is taken as SI.
     pub is_bare_allowed: bool,
     /// Whether several parts may follow each other, as in `1 h 30 min`.
@@ -20,6 +22,7 @@ pub struct Dimension {
 pub static LENGTH: Dimension = Dimension {
     name: "a length",
     units: &[("m", 1.0), ("mm", 1e-3), ("cm", 1e-2), ("dm", 0.1), ("km", 1e3), ("ft", 0.3048), ("in", 0.0254)],
+    most: 1e7,
     is_bare_allowed: false,
     is_compound: false,
 };
@@ -28,6 +31,7 @@ pub static LENGTH: Dimension = Dimension {
 pub static TIME: Dimension = Dimension {
     name: "a time",
     units: &[("s", 1.0), ("ms", 1e-3), ("min", 60.0), ("h", 3600.0), ("d", 86_400.0)],
+    most: 1e10,
     is_bare_allowed: false,
     is_compound: true,
 };
@@ -46,6 +50,7 @@ pub static DISCHARGE: Dimension = Dimension {
         ("ft3/s", 0.028_316_846_592),
         ("cfs", 0.028_316_846_592),
     ],
+    most: 1e9,
     is_bare_allowed: false,
     is_compound: false,
 };
@@ -54,6 +59,7 @@ pub static DISCHARGE: Dimension = Dimension {
 pub static VELOCITY: Dimension = Dimension {
     name: "a velocity",
     units: &[("m/s", 1.0), ("km/h", 1.0 / 3.6), ("cm/s", 1e-2), ("ft/s", 0.3048)],
+    most: 1e3,
     is_bare_allowed: false,
     is_compound: false,
 };
@@ -69,6 +75,7 @@ pub static INTENSITY: Dimension = Dimension {
         ("cm/h", 1e-2 / 3600.0),
         ("in/h", 0.0254 / 3600.0),
     ],
+    most: 1.0,
     is_bare_allowed: false,
     is_compound: false,
 };
@@ -77,18 +84,25 @@ pub static INTENSITY: Dimension = Dimension {
 pub static SLOPE: Dimension = Dimension {
     name: "a slope",
     units: &[("m/m", 1.0), ("%", 1e-2), ("‰", 1e-3)],
+    most: 1.0,
     is_bare_allowed: true,
     is_compound: false,
 };
 
 /// A share of a whole (dimensionless).
-pub static SHARE: Dimension =
-    Dimension { name: "a share", units: &[("1", 1.0), ("%", 1e-2)], is_bare_allowed: true, is_compound: false };
+pub static SHARE: Dimension = Dimension {
+    name: "a share",
+    units: &[("1", 1.0), ("%", 1e-2)],
+    most: f64::INFINITY,
+    is_bare_allowed: true,
+    is_compound: false,
+};
 
 /// A volume (m³).
 pub static VOLUME: Dimension = Dimension {
     name: "a volume",
     units: &[("m3", 1.0), ("m³", 1.0), ("hm3", 1e6), ("Mm3", 1e6), ("km3", 1e9), ("acre-ft", 1_233.481_837_547_52)],
+    most: 1e15,
     is_bare_allowed: false,
     is_compound: false,
 };
@@ -107,18 +121,20 @@ pub static MEMORY: Dimension = Dimension {
         ("GiB", 1_073_741_824.0),
         ("TiB", 1_099_511_627_776.0),
     ],
+    most: f64::INFINITY,
     is_bare_allowed: false,
     is_compound: false,
 };
 
 /// A number without a unit; also the Manning roughness, which is always given in s·m^(−1/3).
 pub static NUMBER: Dimension =
-    Dimension { name: "a plain number", units: &[], is_bare_allowed: true, is_compound: false };
+    Dimension { name: "a plain number", units: &[], most: f64::INFINITY, is_bare_allowed: true, is_compound: false };
 
 /// An acceleration (m/s²).
 pub static ACCELERATION: Dimension = Dimension {
     name: "an acceleration",
     units: &[("m/s2", 1.0), ("m/s²", 1.0), ("m/s^2", 1.0)],
+    most: f64::INFINITY,
     is_bare_allowed: true,
     is_compound: false,
 };

@@ -14,6 +14,7 @@ use crate::math::{Vec2, in_bytes};
 use crate::prepare::findings::Findings;
 use crate::prepare::rain::series::{Opened, Rasters, check_unit};
 use crate::prepare::rain::{DOUBTFUL, DOUBTFUL_CAUSE, Losses};
+use crate::scenario::units::INTENSITY;
 use crate::scenario::{RainUnit, Scenario, Sourced, VectorSource};
 use crate::terrain::{Placing, Raster, RasterFile};
 
@@ -336,11 +337,15 @@ fn check_values(
             .with_cause("a fill value that the file does not declare, perhaps")
             .with_remedy("declare it: `_FillValue` in NetCDF (`ncatted`), `gdal_edit.py -a_nodata` otherwise")
     });
-    let doubtful =
-        of(&doubtful, "rain-doubtful", &format!("have more than {:.0} mm/h", DOUBTFUL * 3.6e6)).map(|problem| {
-            Problem { severity: Severity::Warning, ..problem.with_cause(DOUBTFUL_CAUSE).with_remedy("check the unit") }
-        });
-    let is_sound = missing.is_none() && negative.is_none();
+    let is_implausible = values.iter().flatten().any(|rate| *rate > INTENSITY.most);
+    let (severity, code, bound) = if is_implausible {
+        (Severity::Error, "implausible-value", format!("up to more than {:.0} m/s", INTENSITY.most))
+    } else {
+        (Severity::Warning, "rain-doubtful", format!("more than {:.0} mm/h", DOUBTFUL * 3.6e6))
+    };
+    let doubtful = of(&doubtful, code, &format!("have {bound}"))
+        .map(|found| Problem { severity, ..found.with_cause(DOUBTFUL_CAUSE).with_remedy("check the unit") });
+    let is_sound = missing.is_none() && negative.is_none() && !is_implausible;
     findings.add_all(file, missing.into_iter().chain(negative).chain(doubtful));
     is_sound
 }

@@ -5,8 +5,9 @@ pub mod series;
 pub mod times;
 
 use crate::boundary::{Rain, Series};
-use crate::error::{Problem, input_warning};
+use crate::error::{Problem, input_error, input_warning};
 use crate::math::readable;
+use crate::scenario::units::INTENSITY;
 
 /// Intensity (m/s) beyond which another unit is likelier than such rain: 1000 mm/h.
 pub const DOUBTFUL: f64 = 1.0 / 3600.0;
@@ -27,12 +28,16 @@ pub struct Losses {
     pub until: f64,
 }
 
-/// Warns of rain as heavy (m/s) as none is.
+/// Warns of rain that is hardly as heavy (m/s), and refuses what no scenario may ask for.
 pub fn doubtful(peak: f64) -> Option<Problem> {
     (peak > DOUBTFUL).then(|| {
-        let message =
-            format!("{} mm/h of rain are more than {:.0} mm/h", readable(peak * MM_PER_HOUR), DOUBTFUL * MM_PER_HOUR);
-        input_warning("rain-doubtful", message).with_cause(DOUBTFUL_CAUSE).with_remedy("check the unit")
+        let more = format!("{} mm/h of rain are more than", readable(peak * MM_PER_HOUR));
+        let problem = if peak > INTENSITY.most {
+            input_error("implausible-value", format!("{more} {:.0} m/s", INTENSITY.most))
+        } else {
+            input_warning("rain-doubtful", format!("{more} {:.0} mm/h", DOUBTFUL * MM_PER_HOUR))
+        };
+        problem.with_cause(DOUBTFUL_CAUSE).with_remedy("check the unit")
     })
 }
 

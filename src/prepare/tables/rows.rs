@@ -1,7 +1,9 @@
 //! Rows of tables, and how their faults are named.
 
 use crate::error::{Problem, input_error};
+use crate::math::readable;
 use crate::scenario::units::{DISCHARGE, Dimension};
+use crate::terrain::PLAUSIBLE_ELEVATION;
 
 /// So many faulty rows are named one by one.
 const NAMED_ROWS: usize = 5;
@@ -55,6 +57,48 @@ pub fn in_lines(
         lines += &format!(" and {} more", faulty.len() - NAMED_ROWS);
     }
     Some(input_error(code, message(faulty.len(), &lines)).with_remedy(remedy))
+}
+
+/// The problem of rows with a value below 0 in their second column.
+pub fn negative(rows: &[Row], name: &str, remedy: &str) -> Option<Problem> {
+    let below = rows.iter().filter(|row| row.numbers[1] < 0.0);
+    in_lines(
+        below.map(|row| (row.line, row.written[1].to_string())),
+        "negative-value",
+        |count, lines| format!("{} a value below 0 in {name}: {lines}", rows_are(count)),
+        remedy,
+    )
+}
+
+/// The problem of rows with a level in one of their columns that no ground and no water has.
+pub fn implausible<const COLUMNS: usize>(rows: &[Row<COLUMNS>], column: usize, name: &str) -> Option<Problem> {
+    let odd = rows.iter().filter(|row| !PLAUSIBLE_ELEVATION.contains(&row.numbers[column]));
+    in_lines(
+        odd.map(|row| (row.line, row.written[column].to_string())),
+        "implausible-level",
+        |count, lines| format!("{} a level that is none on Earth, in {name}: {lines}", rows_are(count)),
+        "leave out the rows of a code for missing values, or correct the unit or the datum",
+    )
+}
+
+/// The problem of rows with a number in one of their columns that is greater than any of its kind.
+pub fn beyond_earth<const COLUMNS: usize>(
+    rows: &[Row<COLUMNS>],
+    column: usize,
+    dimension: &Dimension,
+    name: &str,
+) -> Option<Problem> {
+    let beyond = rows.iter().filter(|row| row.numbers[column].abs() > dimension.most);
+    in_lines(
+        beyond.map(|row| (row.line, row.written[column].to_string())),
+        "implausible-value",
+        |count, lines| {
+            let unit = dimension.units.iter().find(|unit| (unit.1 - 1.0).abs() <= 0.0).map_or("", |unit| unit.0);
+            let what = format!("{} beyond {} {unit}", dimension.name, readable(dimension.most));
+            format!("{} {what}, in {name}: {lines}", rows_are(count))
+        },
+        "leave out the rows of a code for missing values, or correct the unit",
+    )
 }
 
 /// The factor of the unit at the end of a column's name: `q [m3/s]`, `q (m3/s)` or `q_m3_s`.

@@ -5,11 +5,12 @@ use crate::error::{Problem, Severity, input_error};
 use crate::geodata::{Table, read_text, readable_file};
 use crate::scenario::units::{DISCHARGE, Dimension, LENGTH, SHARE, TIME};
 use crate::scenario::{ColumnUnit, TableFile, Timed};
-use crate::terrain::PLAUSIBLE_ELEVATION;
 
 use crate::prepare::findings::Findings;
 use crate::prepare::tables::dates::{self, Dates, Origin};
-use crate::prepare::tables::rows::{Meaning, Row, in_lines, rows_are, unit_in_name};
+use crate::prepare::tables::rows::{
+    Meaning, Row, beyond_earth, implausible, in_lines, negative, rows_are, unit_in_name,
+};
 use crate::prepare::tables::times;
 
 /// A column of a table, as it is read.
@@ -18,6 +19,7 @@ struct Column {
     index: usize,
     /// The factor of its unit; none of dates.
     factor: Option<f64>,
+    dimension: &'static Dimension,
 }
 
 impl Column {
@@ -141,28 +143,6 @@ pub fn growth(table: &TableFile, findings: &mut Findings) -> Option<Series> {
     if is_sound { Series::new(&points) } else { None }
 }
 
-/// The problem of rows with a value below 0 in their second column.
-fn negative(rows: &[Row], name: &str, remedy: &str) -> Option<Problem> {
-    let below = rows.iter().filter(|row| row.numbers[1] < 0.0);
-    in_lines(
-        below.map(|row| (row.line, row.written[1].to_string())),
-        "negative-value",
-        |count, lines| format!("{} a value below 0 in {name}: {lines}", rows_are(count)),
-        remedy,
-    )
-}
-
-/// The problem of rows with a level in one of their columns that no ground and no water has.
-pub fn implausible<const COLUMNS: usize>(rows: &[Row<COLUMNS>], column: usize, name: &str) -> Option<Problem> {
-    let odd = rows.iter().filter(|row| !PLAUSIBLE_ELEVATION.contains(&row.numbers[column]));
-    in_lines(
-        odd.map(|row| (row.line, row.written[column].to_string())),
-        "implausible-level",
-        |count, lines| format!("{} a level that is none on Earth, in {name}: {lines}", rows_are(count)),
-        "leave out the rows of a code for missing values, or correct the unit or the datum",
-    )
-}
-
 /// What to do about times that do not rise.
 const SORT: &str = "sort the rows, and take out what stands there twice";
 
@@ -235,9 +215,13 @@ fn find_column(
         if dimension.name == TIME.name && dates::are_dates(&parsed.rows, index) {
             let dates = Dates { rows: &parsed.rows, column: index, header: &header[index], name };
             faults.extend(dates::faults(&dates, asked, origin));
-            return Ok(Column { index, factor: None });
+            return Ok(Column { index, factor: None, dimension });
         }
-        choose(asked, place, header, dimension, name).map(|(index, factor)| Column { index, factor: Some(factor) })
+        choose(asked, place, header, dimension, name).map(|(index, factor)| Column {
+            index,
+            factor: Some(factor),
+            dimension,
+        })
     });
     found.map_err(|problem| faults.push(*problem)).ok()
 }
@@ -288,6 +272,9 @@ fn read_rows<const COLUMNS: usize>(
             "write numbers with a point as decimal sign, and leave out rows without a value"
         },
     ));
+    for (place, column) in columns.iter().enumerate() {
+        faults.extend(beyond_earth(&rows, place, column.dimension, name));
+    }
     if rows.is_empty() && faults.is_empty() {
         faults.push(input_error("empty-table", format!("{name} has no rows")).with_remedy("give it at least one row"));
     }

@@ -12,6 +12,17 @@ fn faults_of_a_hydrograph_are_told_by_line() {
     );
     scene.write("q.csv", "t,q\n0,0\n1,5\n0.5,3\n3,-4\n");
     scene.assert_refused(4, &["not-rising", "line 4", "negative-value", "line 5 (`-4`)"]);
+    scene.write("q.csv", "t,q\n0,0\n1,1e30\n2,-1e10\n1e12,4\n");
+    scene.assert_refused(
+        4,
+        &[
+            "implausible-value",
+            "2 rows have a discharge beyond 1000000000 m3/s, in",
+            "line 3 (`1e30`), line 4 (`-10000000000`)",
+            "one row has a time beyond 10000000000 s, in",
+            "line 5 (`1000000000000`)",
+        ],
+    );
     scene.write("q.csv", "t,q\n0.5,0\n1,5\n1.5,3\n");
     scene.assert_refused(
         4,

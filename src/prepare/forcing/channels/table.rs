@@ -6,6 +6,7 @@ use super::section::{Row, Table};
 use crate::error::{Problem, ProblemKind, input_error};
 use crate::prepare::findings::Findings;
 use crate::prepare::tables::dates::Origin;
+use crate::prepare::tables::rows::implausible;
 use crate::prepare::tables::series;
 use crate::scenario::units::LENGTH;
 use crate::scenario::{ColumnUnit, Sourced};
@@ -19,7 +20,7 @@ pub fn sections(file: &Sourced<PathBuf>, length: f64, spacing: f64, findings: &m
     let example = "distance_m,elevation_m,width_m";
     let rows = findings.take_all(file, series::rows_of(&file.value, &columns, [&LENGTH; 3], (example, Origin::Own)))?;
     let name = file.value.display().to_string();
-    let mut faults: Vec<Problem> = series::implausible(&rows, 1, &name).into_iter().collect();
+    let mut faults: Vec<Problem> = implausible(&rows, 1, &name).into_iter().collect();
     let mut tables: Vec<Table> = Vec::new();
     for row in &rows {
         let [distance, elevation, width] = row.numbers;

@@ -5,7 +5,7 @@ mod slide;
 
 use crate::bed::BedParticles;
 use crate::boundary::{EdgeFace, edge_faces};
-use crate::error::{Problem, ProblemKind, input_error};
+use crate::error::{Problem, ProblemKind, input_error, input_warning};
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::math::Vec2;
@@ -26,6 +26,8 @@ use slide::slide;
 const NO_CHANGE: f64 = 1e-6;
 /// Change of the bed (m) beyond which it is rather a fill value or another unit: no ground moves so far.
 const DOUBTFUL_CHANGE: f64 = 1000.0;
+/// No correction of elevations that a scenario may ask for is greater (m).
+const GREATEST_CHANGE: f64 = 20e3;
 /// Share of a volume that the lattice may add or lose.
 const OTHER_VOLUME: f64 = 0.02;
 
@@ -79,18 +81,7 @@ fn open_one(bed: &MovingBed, scenario: &Scenario, crs: Option<&Crs>, findings: &
     }
     let mut raster = read?;
     raster.values.iter_mut().for_each(|value| *value = if value.is_nan() { 0.0 } else { *value * bed.unit });
-    if let Some(index) = raster.values.iter().position(|value| value.abs() > DOUBTFUL_CHANGE) {
-        let message = format!(
-            "{} moves the bed by {:.1} m, more than any ground does",
-            bed.raster.value.display(),
-            raster.values[index]
-        );
-        let problem = Problem::warning(ProblemKind::Input, "doubtful-change", "", message)
-            .with_cause("a fill value that the file does not declare as nodata, or another `unit`")
-            .with_remedy("declare the fill value with `gdal_edit.py -a_nodata`, or give the `unit` of the raster")
-            .with_at(raster.centre(index % raster.columns, index / raster.columns));
-        findings.add(&bed.raster, problem);
-    }
+    findings.add_all(&bed.raster, doubtful_change(bed, &raster));
     let negative = raster.values.iter().position(|value| *value < 0.0);
     if let (Some(index), BedMovement::Slide { .. }) = (negative, &bed.law) {
         let message = format!("{} has a thickness below 0", bed.raster.value.display());
@@ -101,6 +92,27 @@ fn open_one(bed: &MovingBed, scenario: &Scenario, crs: Option<&Crs>, findings: &
         return None;
     }
     Some(Opened { raster, law: law? })
+}
+
+/// The problem of a change of the bed (m) as none is.
+fn doubtful_change(bed: &MovingBed, raster: &Raster) -> Option<Problem> {
+    let index = raster.values.iter().position(|value| value.abs() > DOUBTFUL_CHANGE)?;
+    let message = format!(
+        "{} moves the bed by {:.1} m, more than any ground does",
+        bed.raster.value.display(),
+        raster.values[index]
+    );
+    let is_implausible = raster.values.iter().any(|value| value.abs() > GREATEST_CHANGE);
+    let problem = if is_implausible {
+        input_error("implausible-value", message)
+    } else {
+        input_warning("doubtful-change", message)
+    };
+    let problem = problem
+        .with_cause("a fill value that the file does not declare as nodata, or another `unit`")
+        .with_remedy("declare the fill value with `gdal_edit.py -a_nodata`, or give the `unit` of the raster")
+        .with_at(raster.centre(index % raster.columns, index / raster.columns));
+    Some(problem)
 }
 
 /// The motions on the lattice, as far as they fit.

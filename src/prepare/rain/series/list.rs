@@ -92,7 +92,7 @@ impl ListTimes {
             ListTimes::Dates(_) if text.is_empty() => None,
             ListTimes::Dates(origin) => Some(origin.seconds_to(text).unwrap_or(0.0)),
             ListTimes::Numbers(factor) => {
-                text.parse::<f64>().ok().filter(|time| time.is_finite()).map(|time| time * factor)
+                text.parse::<f64>().ok().map(|time| time * factor).filter(|time| time.abs() <= TIME.most)
             }
         }
     }
