@@ -7,117 +7,18 @@
 
 #[path = "layering/circles.rs"]
 mod circles;
+#[path = "layering/rules.rs"]
+mod rules;
 #[path = "layering/sizes.rs"]
 mod sizes;
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use rules::{MAY_IMPORT, PURE};
+
 /// Modules that join the others and may import all.
 const JOINING: &[&str] = &["cli", "pipeline", "prepare", "laboratory", "main", "lib"];
-
-/// Module and what it may import; docs/ARCHITECTURE.md holds the same table.
-const MAY_IMPORT: &[(&str, &[&str])] = &[
-    ("math", &[]),
-    ("lattice", &["math"]),
-    ("failure", &["math"]),
-    ("methods", &[]),
-    ("constants", &[]),
-    ("calendar", &[]),
-    ("checksum", &["plain_file"]),
-    ("csv", &[]),
-    ("plain_file", &[]),
-    ("error", &["math"]),
-    ("gate", &[]),
-    ("problems", &[]),
-    ("physics", &["math"]),
-    ("neighbours", &["math", "lattice"]),
-    ("particles", &["math", "lattice"]),
-    ("partition", &["math", "lattice"]),
-    ("triangulation", &["math"]),
-    ("boundary", &["math", "lattice", "bed"]),
-    ("bed", &["math", "lattice", "physics::kernel", "methods", "constants", "terrain"]),
-    ("seeding", &["math", "lattice", "bed", "constants", "particles"]),
-    ("gridding", &["math", "lattice", "bed", "boundary", "particles", "physics"]),
-    ("geodata", &["math", "csv", "error", "plain_file"]),
-    ("vector", &["math", "error", "geodata"]),
-    ("terrain", &["math", "error", "geodata", "plain_file", "vector"]),
-    (
-        "solver",
-        &[
-            "math",
-            "lattice",
-            "failure",
-            "methods",
-            "constants",
-            "bed",
-            "boundary",
-            "particles",
-            "neighbours",
-            "partition",
-            "triangulation",
-            "gridding",
-            "physics",
-        ],
-    ),
-    (
-        "output",
-        &[
-            "calendar",
-            "checksum",
-            "csv",
-            "math",
-            "lattice",
-            "error",
-            "gate",
-            "constants",
-            "bed",
-            "maps",
-            "physics::kernel",
-            "geodata::heard",
-            "geodata::keep_quiet",
-            "plain_file",
-        ],
-    ),
-    ("maps", &["math"]),
-    ("report", &["math", "csv", "error", "gate", "maps", "plain_file"]),
-    ("scenario", &["calendar", "math", "error", "plain_file"]),
-    ("version", &[]),
-    (
-        "validation",
-        &[
-            "math",
-            "lattice",
-            "error",
-            "bed",
-            "geodata",
-            "particles",
-            "physics",
-            "pipeline::clock",
-            "pipeline::cores",
-            "scenario",
-            "solver",
-            "terrain",
-        ],
-    ),
-];
-
-/// Modules that open no file, print nothing and know no format.
-const PURE: &[&str] = &[
-    "math",
-    "lattice",
-    "physics",
-    "neighbours",
-    "particles",
-    "partition",
-    "triangulation",
-    "boundary",
-    "gridding",
-    "bed",
-    "seeding",
-    "solver",
-    "maps",
-];
 
 const OUTSIDE_WORLD: &[&str] = &[
     "std::fs",

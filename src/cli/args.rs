@@ -73,6 +73,8 @@ pub enum Command {
         /// The run folder
         folder: PathBuf,
     },
+    /// Show what differs between two runs: keys of the scenario, inputs, flooded area, maps, gauges, cross-sections
+    Compare(CompareArguments),
     /// Draw map sheets and one page from a run folder, without a new simulation; of a run that was cut off, what it had at its last checkpoint
     Report {
         /// The run folder
@@ -119,6 +121,24 @@ pub struct ResumeArguments {
     /// No progress
     #[arg(long)]
     pub quiet: bool,
+}
+
+/// Two runs that are compared.
+#[derive(Args, Debug)]
+pub struct CompareArguments {
+    /// The folder of the first run
+    pub first: PathBuf,
+    /// The folder of the second run; a difference is the second less the first
+    pub second: PathBuf,
+    /// Write maps of the differences (NetCDF, and GeoTIFF with styles for QGIS) and tables into this folder
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Replace what an earlier comparison or run left in that folder
+    #[arg(long, requires = "out")]
+    pub overwrite: bool,
+    /// Print the comparison as JSON
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// The arguments of a run.

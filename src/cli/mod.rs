@@ -20,7 +20,7 @@ use clap::error::ErrorKind;
 use crate::error::{Error, ExitCode, Problem, say, without_controls};
 use crate::pipeline::{Plan, PlanOptions, ResumeOptions, RunOptions};
 use crate::scenario::{self, Scenario};
-use args::{Arguments, Command, ResumeArguments, RunArguments};
+use args::{Arguments, Command, CompareArguments, ResumeArguments, RunArguments};
 
 /// The stages that the command line calls, given by `main` so that this module knows none of them.
 pub struct Stages {
@@ -51,6 +51,7 @@ pub fn main(stages: &Stages) -> ExitCode {
         Some(Command::Plan(plan)) => return plan::plan(&plan, stages),
         Some(Command::Resume(resume)) => resume_run(&resume, stages),
         Some(Command::Verify { folder }) => verify_folder(&folder),
+        Some(Command::Compare(compare)) => compare_runs(&compare),
         Some(Command::Report { folder }) => report_folder(&folder, stages),
         Some(Command::Validate(arguments)) => validate::validate(&arguments),
         Some(Command::Chart(arguments)) => chart::chart(&arguments),
@@ -123,6 +124,15 @@ fn verify_folder(folder: &std::path::Path) -> Result<(), Error> {
     }
     tell(&format!("{} files are as the run read and wrote them\n", verified.same));
     Ok(())
+}
+
+/// Shows what differs between two runs, and writes maps of it where they are asked for.
+fn compare_runs(arguments: &CompareArguments) -> Result<(), Error> {
+    let comparison = crate::study::compare([&arguments.first, &arguments.second])?;
+    if let Some(folder) = &arguments.out {
+        comparison.write(folder, arguments.overwrite, &command_line())?;
+    }
+    if arguments.json { print(&comparison.json()) } else { print(&comparison.to_string()) }
 }
 
 /// Draws the report of a run folder and lists its files; of a run that was cut off the results so far are written before.

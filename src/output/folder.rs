@@ -14,7 +14,7 @@ use crate::error::{Error, Problem, ProblemKind};
 use crate::plain_file::entries;
 
 /// Files that a run writes, relative to its folder, and those of a report, which would be out of date beside another run.
-const OWN_FILES: [&str; 29] = [
+const OWN_FILES: [&str; 32] = [
     "run.json",
     "checkpoint.bin",
     "checkpoint.before.bin",
@@ -36,6 +36,9 @@ const OWN_FILES: [&str; 29] = [
     "tables/tracers.csv",
     "tables/section_series.csv",
     "sections.nc",
+    "differences.nc",
+    "differences.json",
+    "tables/differences.csv",
     "report/index.html",
     "report/max_depth.svg",
     "report/arrival.svg",
@@ -50,7 +53,7 @@ const OWN_FILES: [&str; 29] = [
 const TEMPORARY: &str = ".unfinished.";
 
 /// Beginnings of the names of the maps in `cog/`.
-const OWN_MAPS: [&str; 11] = [
+const OWN_MAPS: [&str; 12] = [
     "bed_elevation",
     "resolution",
     "max_depth",
@@ -60,6 +63,7 @@ const OWN_MAPS: [&str; 11] = [
     "time_of_max_depth",
     "flood_duration",
     "deflood_time",
+    "flood_extent",
     "hazard_class",
     "ground_source",
 ];

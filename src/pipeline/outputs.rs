@@ -6,8 +6,8 @@ use super::{Computed, Early, Run};
 use crate::error::Error;
 use crate::output::{
     ChannelRecording, FieldsWriter, FileHead, Findings, OutputGrid, Provenance, Recording, SectionRecording,
-    TracerBalance, write_cogs, write_gauges, write_geopackage, write_maps, write_mass_balance, write_passages,
-    write_section_file, write_section_tables, write_tracers,
+    TracerBalance, map_variables, write_cogs, write_gauges, write_geopackage, write_maps, write_mass_balance,
+    write_passages, write_section_file, write_section_tables, write_tracers,
 };
 use crate::scenario::OutputPart;
 use crate::solver::Ledger;
@@ -90,7 +90,7 @@ impl Run<'_> {
             attempt(OutputPart::Maps, &|| write_maps(folder, grid, head, maps, recording.end_time, rise_on_wet)),
             attempt(OutputPart::Tables, &|| write_gauges(folder, &self.scene.gauges, recording)),
             attempt(OutputPart::Gpkg, &|| write_geopackage(folder, grid, crs, recording, &findings)),
-            attempt(OutputPart::Cog, &|| write_cogs(folder, grid, head, maps, rise_on_wet)),
+            attempt(OutputPart::Cog, &|| write_cogs(folder, grid, head, &map_variables(maps, rise_on_wet))),
         ])
     }
 

@@ -87,6 +87,11 @@ pub(super) const GROUP: Group = Group {
             "The folder cannot be read as the result of a run.",
             "Name the folder of a finished run, which has `maps.nc`.",
         ),
+        error(
+            "not-comparable",
+            "Two runs are of different places, or in different reference systems. Their maps cannot be compared.",
+            "Name two runs of the same place, in one reference system.",
+        ),
         either(
             "not-written",
             "`outputs.write` leaves out a file that is needed: isochrones then have no file (warning). A report or a hot start fails.",

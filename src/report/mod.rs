@@ -4,7 +4,7 @@
 //! them and needs no other file. What a folder lacks is left out of the page, save `maps.nc`, without which there is none.
 
 mod page;
-mod read;
+
 #[cfg(test)]
 mod tests;
 
@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::Error;
 use crate::maps::{Classes, Mark, Panel, Series, Sheet, clock, hydrograph, map_sheet};
-use read::RunFolder;
+use crate::results::Results;
 
 /// Most lines that one hydrograph can show and still be read.
 const MOST_LINES: usize = 16;
@@ -32,7 +32,7 @@ pub struct Report {
 /// # Errors
 /// [`Error::Problems`] when the folder holds no readable run, [`Error::Output`] when the report cannot be written.
 pub fn report(folder: &Path) -> Result<Report, Error> {
-    let run = RunFolder::open(folder)?;
+    let run = Results::open(folder)?;
     let target = folder.join("report");
     std::fs::create_dir_all(&target).map_err(|cause| output_error(&target, &cause))?;
     let mut files = Vec::new();
@@ -63,7 +63,7 @@ struct Figure {
 
 /// What all sheets of a report share.
 struct Common<'a> {
-    run: &'a RunFolder,
+    run: &'a Results,
     marks: Vec<Mark>,
     note: String,
 }
@@ -93,7 +93,7 @@ fn map_panel<'a>(values: &'a [f64], classes: &'a Classes) -> Panel<'a> {
     Panel { caption: String::new(), values, classes, under: None, wide: true }
 }
 
-fn figures(run: &RunFolder) -> Result<Vec<Figure>, Error> {
+fn figures(run: &Results) -> Result<Vec<Figure>, Error> {
     let marks = run.gauges.iter().map(|gauge| gauge.mark(run.gauges.len())).collect();
     let common = Common { run, marks, note: run.note() };
     let mut figures = Vec::new();

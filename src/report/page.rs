@@ -6,9 +6,9 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use super::Figure;
-use super::read::{RunFolder, left_out};
 use crate::gate::Gate;
 use crate::maps::{clock, escape};
+use crate::results::{Results, left_out};
 
 const STYLE: &str = "body{font:15px/1.45 'DejaVu Sans','Liberation Sans',Arial,sans-serif;color:#222;max-width:1240px;margin:2em auto;padding:0 1em}\
 h1{font-size:1.6em}h2{font-size:1.2em;margin-top:2em;border-bottom:1px solid #ccc}\
@@ -19,7 +19,7 @@ figure{margin:1em 0}svg{max-width:100%;height:auto}.scroll{overflow-x:auto}\
 @media print{figure{break-inside:avoid}}";
 
 /// The page as text.
-pub(super) fn page(run: &RunFolder, figures: &[Figure]) -> String {
+pub(super) fn page(run: &Results, figures: &[Figure]) -> String {
     let title = escape(&run.title);
     let mut html = format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{title}</title>\
@@ -48,7 +48,7 @@ pub(super) fn page(run: &RunFolder, figures: &[Figure]) -> String {
 }
 
 /// Whether the run can be relied on, before anything else.
-fn status(html: &mut String, run: &RunFolder) {
+fn status(html: &mut String, run: &Results) {
     let gates = run.summary["gates"].as_array().map(Vec::as_slice).unwrap_or_default();
     let (class, text) = match run.doubt() {
         None => ("status", "done".to_string()),
@@ -79,7 +79,7 @@ fn table(html: &mut String, heading: &str, rows: &[(String, String)]) {
     html.push_str("</table>\n");
 }
 
-fn summary_rows(run: &RunFolder) -> Vec<(String, String)> {
+fn summary_rows(run: &Results) -> Vec<(String, String)> {
     let summary = &run.summary;
     let mut rows = Vec::new();
     let mut add = |name: &str, value: Option<String>| rows.extend(value.map(|value| (name.to_string(), value)));

@@ -65,7 +65,7 @@ fn file(path: &Path) -> netcdf::FileMut {
 fn a_run_folder_is_read_back_as_it_was_written() {
     let folder = tempfile::tempdir().unwrap();
     run_folder(folder.path());
-    let run = RunFolder::open(folder.path()).unwrap();
+    let run = crate::results::Results::open(folder.path()).unwrap();
     assert_eq!((run.grid.columns, run.grid.rows), (COLUMNS, ROWS));
     assert!((run.grid.west - 1000.0).abs() < 1e-9 && (run.grid.north - 2250.0).abs() < 1e-9);
     assert!(run.bed[0].is_nan() && (run.bed[1] - 99.0).abs() < 1e-9);

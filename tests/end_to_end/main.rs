@@ -10,6 +10,7 @@ mod cells_in_part;
 mod channels;
 mod channels_alone;
 mod commands;
+mod compare;
 mod dam_breaks;
 mod doubtful_inputs;
 mod error_estimate;

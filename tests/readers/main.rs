@@ -16,8 +16,8 @@ use floodsim::lattice::{FlatWater, Lattice, Span, WaterOnLattice};
 use floodsim::math::Vec2;
 use floodsim::output::{
     FieldsWriter, FileHead, Findings, Gauge, OutputCrs, Provenance, Recorder, RecorderPlan, Recording, RunFolder,
-    RunManifest, Section, SectionRecorder, Volumes, write_cogs, write_gauges, write_geopackage, write_maps,
-    write_mass_balance, write_sections,
+    RunManifest, Section, SectionRecorder, Volumes, map_variables, write_cogs, write_gauges, write_geopackage,
+    write_maps, write_mass_balance, write_sections,
 };
 use gdal::spatial_ref::SpatialRef;
 use gdal::vector::LayerAccess;
@@ -136,7 +136,7 @@ fn write_run(path: &Path, crs: &OutputCrs, origin: Vec2, cell: f64, date: &str) 
     let recording = record(&plan, &mut fields, recorder);
     fields.finish().unwrap();
     write_maps(&folder, &grid, head, &recording.maps, recording.end_time, RISE_ON_WET).unwrap();
-    write_cogs(&folder, &grid, head, &recording.maps, RISE_ON_WET).unwrap();
+    write_cogs(&folder, &grid, head, &map_variables(&recording.maps, RISE_ON_WET)).unwrap();
     let finding = Problem::warning(ProblemKind::Input, "leak", "initial[0]", "the rim leaks")
         .with_remedy("raise the rim")
         .with_at(origin + Vec2::new(100.0, 100.0));

@@ -11,12 +11,12 @@ use gdal::{Dataset, DriverManager, Metadata};
 use rayon::prelude::*;
 
 use super::super::folder::{RunFolder, output_error};
-use super::super::grid::{FILL, GridMaps, OutputGrid};
+use super::super::grid::{FILL, OutputGrid};
 use super::crs::WritableCrs;
 use super::gdal_raw::set_unit;
 use super::qgis::raster_style;
 use super::read_back::{compare_raster, without_messages};
-use super::variables::{MapClass, MapKind, MapVariable, map_variables};
+use super::variables::{MapClass, MapKind, MapVariable};
 use super::{FileHead, Provenance};
 use crate::error::Error;
 
@@ -33,8 +33,7 @@ pub fn write_cogs(
     folder: &RunFolder,
     grid: &OutputGrid,
     FileHead { crs, provenance }: FileHead<'_>,
-    maps: &GridMaps,
-    rise_on_wet: f64,
+    maps: &[MapVariable<'_>],
 ) -> Result<(), Error> {
     let write = |map: &MapVariable<'_>| {
         let crs = WritableCrs::new(crs, &folder.file("cog"))?;
@@ -58,7 +57,7 @@ pub fn write_cogs(
         folder.write_with(&name, |path| without_messages(path, || write(path)))?;
         folder.write(&format!("cog/{}.qml", map.name), raster_style(map).as_bytes())
     };
-    for maps in map_variables(maps, rise_on_wet).chunks(AT_ONCE) {
+    for maps in maps.chunks(AT_ONCE) {
         let written: Vec<Result<(), Error>> = maps.par_iter().map(write).collect();
         written.into_iter().collect::<Result<(), Error>>()?;
     }

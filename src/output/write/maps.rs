@@ -24,28 +24,49 @@ const CLASS_FILL: i16 = FILL as i16;
 pub fn write_maps(
     folder: &RunFolder,
     grid: &OutputGrid,
-    FileHead { crs, provenance }: FileHead<'_>,
+    head: FileHead<'_>,
     maps: &GridMaps,
     end_time: f64,
     rise_on_wet: f64,
 ) -> Result<(), Error> {
+    let of_run = |file: &mut NetcdfFile<'_>| {
+        define_period(file, head.provenance, end_time)?;
+        maps.thresholds.iter().try_for_each(|grids| define_threshold(file, grids.threshold))
+    };
+    write_variables((folder, "maps.nc"), grid, head, &map_variables(maps, rise_on_wet), of_run)
+}
+
+/// Writes `differences.nc`, the maps of one run less those of another.
+///
+/// # Errors
+/// When it cannot be written.
+pub fn write_differences(
+    folder: &RunFolder,
+    grid: &OutputGrid,
+    head: FileHead<'_>,
+    differences: &[MapVariable<'_>],
+) -> Result<(), Error> {
+    write_variables((folder, "differences.nc"), grid, head, differences, |_| Ok(()))
+}
+
+/// Writes maps as variables of one file, after what `define` adds to it.
+fn write_variables(
+    (folder, name): (&RunFolder, &str),
+    grid: &OutputGrid,
+    FileHead { crs, provenance }: FileHead<'_>,
+    variables: &[MapVariable<'_>],
+    define: impl FnOnce(&mut NetcdfFile<'_>) -> netcdf::Result<()>,
+) -> Result<(), Error> {
     let description = FileDescription { grid: grid.clone(), crs: crs.clone(), provenance: provenance.clone() };
-    let variables = map_variables(maps, rise_on_wet);
-    folder.write_with("maps.nc", |path| {
+    folder.write_with(name, |path| {
         let crs = WritableCrs::new(crs, path)?;
         let file = Written::create(path, Options::NETCDF4).map_err(|cause| output_error(path, cause))?;
         let mut file = NetcdfFile::describe(file, path, &crs, &description)?;
         let write = |file: &mut NetcdfFile<'_>| -> netcdf::Result<()> {
-            define_period(file, provenance, end_time)?;
-            for grids in &maps.thresholds {
-                define_threshold(file, grids.threshold)?;
-            }
+            define(file)?;
             file.define_compressed(|file| variables.iter().try_for_each(|variable| define_map(file, variable, grid)))?;
             file.write_coordinates(grid)?;
-            for variable in &variables {
-                write_values(file, variable)?;
-            }
-            Ok(())
+            variables.iter().try_for_each(|variable| write_values(file, variable))
         };
         write(&mut file).map_err(|cause| output_error(path, cause))?;
         file.file.close().map_err(|cause| output_error(path, cause))?;

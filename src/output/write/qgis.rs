@@ -3,6 +3,7 @@
 use super::super::grid::FILL;
 use super::variables::{MapClass, MapKind, MapVariable};
 use crate::error::plain_name;
+use crate::math::readable;
 
 /// Upper limits of the classes of depth (m), of speed (m/s) and of depth times speed (m²/s); below the first nothing is drawn.
 const DEPTHS: [f64; 7] = [0.01, 0.3, 0.5, 1.0, 2.0, 4.0, 8.0];
@@ -15,6 +16,8 @@ const REDS: [&str; 8] = ["#ffffff", "#fef0d9", "#fdd49e", "#fdbb84", "#fc8d59", 
 const TIMES: [&str; 8] = ["#67001f", "#b2182b", "#d6604d", "#f4a582", "#92c5de", "#4393c3", "#2166ac", "#053061"];
 /// Low to high.
 const LEVELS: [&str; 8] = ["#1a6837", "#5fa053", "#a6cf76", "#e6eaa0", "#e0c27a", "#b98b4e", "#8c5a32", "#f2efea"];
+/// Less to more, with nothing between.
+const DIFFERENCES: [&str; 7] = ["#2166ac", "#67a9cf", "#d1e5f0", "#ffffff", "#fddbc7", "#ef8a62", "#b2182b"];
 
 /// One class of a style: upper limit, colour, whether it is drawn, label.
 struct Class {
@@ -35,6 +38,7 @@ pub(super) fn raster_style(map: &MapVariable<'_>) -> String {
             discrete_renderer(&equal_classes(map, &TIMES, 60.0, "min", map.name.starts_with("flood_duration")))
         }
         MapKind::Level => discrete_renderer(&equal_classes(map, &LEVELS, 1.0, "m", false)),
+        MapKind::Difference => discrete_renderer(&classes_about_zero(map)),
     };
     format!(
         "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n\
@@ -87,6 +91,35 @@ fn equal_classes(
         });
     }
     classes
+}
+
+/// Classes from falls to rises: the outer ones hold a tenth of the differences, and what is less than a tenth of their bound is not drawn.
+fn classes_about_zero(map: &MapVariable<'_>) -> Vec<Class> {
+    let differs = |value: &&f32| value.to_bits() != FILL.to_bits() && **value != 0.0;
+    let mut sizes: Vec<f32> = map.values.iter().filter(differs).map(|value| value.abs()).collect();
+    let place = sizes.len() * 9 / 10;
+    let usual = if sizes.is_empty() { 0.0 } else { f64::from(*sizes.select_nth_unstable_by(place, f32::total_cmp).1) };
+    // Legends have three decimals.
+    let usual = usual.max(1e-3);
+    let (size, unit) = if map.units == "s" { (60.0, "min") } else { (1.0, map.units) };
+    let [least, middle] = [usual / 10.0, usual / 3.0];
+    let bounds = [-usual, -middle, -least, least, middle, usual];
+    let in_unit = |bound: f64| readable((bound / size * 1e3).round() / 1e3);
+    let class = |(index, colour): (usize, &&'static str)| {
+        let (from, to) = (index.checked_sub(1).map(|index| bounds[index]), bounds.get(index));
+        let label = match (from, to) {
+            (Some(from), Some(to)) => format!("{} to {}", in_unit(from), in_unit(*to)),
+            (Some(from), None) => format!("&gt; {}", in_unit(from)),
+            (None, to) => format!("&lt; {}", in_unit(to.copied().unwrap_or(0.0))),
+        };
+        Class {
+            upper: to.map_or("inf".into(), |to| format!("{to:.6}")),
+            colour,
+            drawn: index != bounds.len() / 2,
+            label: format!("{label} {}", escaped(unit)),
+        }
+    };
+    DIFFERENCES.iter().enumerate().map(class).collect()
 }
 
 fn discrete_renderer(classes: &[Class]) -> String {
@@ -251,6 +284,17 @@ mod tests {
         assert!(
             style.contains("value=\"120.000\"") && style.contains("value=\"inf\"") && style.contains("1.0 - 2.0 min")
         );
+        let apart: Vec<f32> = (-20..=0).map(|value| value as f32 * 60.0).chain([FILL]).collect();
+        let of_difference = MapVariable { kind: MapKind::Difference, values: &apart, ..map.clone() };
+        let style = raster_style(&of_difference);
+        // Nine tenths of what differs is within 19 min.
+        for (upper, label) in
+            [("-1140.000000", "&lt; -19 min"), ("-380.000000", "-19 to -6.333 min"), ("inf", "&gt; 19 min")]
+        {
+            let found = style.lines().find(|line| line.contains(&format!("value=\"{upper}\"")));
+            assert!(found.is_some_and(|line| line.contains(&format!("label=\"{label}\""))), "{label}: {style}");
+        }
+        assert_eq!(style.matches("alpha=\"0\"").count(), 1);
         let empty = raster_style(&MapVariable { values: &[FILL], ..map });
         assert!(!empty.contains("NaN") && !empty.contains("inf -"), "{empty}");
     }

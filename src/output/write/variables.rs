@@ -18,6 +18,8 @@ pub enum MapKind {
     Concentration,
     /// Time since the start (s).
     Time,
+    /// A value of one run less that of another, in the unit of both.
+    Difference,
     /// One of a few classes.
     Class,
 }

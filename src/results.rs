@@ -1,4 +1,4 @@
-//! Reads a run folder back: maps, frames, tables, summary.
+//! A run folder, read back: maps, frames, tables, summary.
 
 use std::path::{Path, PathBuf};
 
@@ -7,8 +7,11 @@ use crate::error::{Error, Problem, ProblemKind};
 use crate::maps::{MapGrid, Mark, Series, clock};
 use crate::plain_file;
 
+/// The columns and the rows of a table.
+pub(crate) type Table = (Vec<String>, Vec<Vec<String>>);
+
 /// A gauge with its row of `tables/gauges.csv`.
-pub(super) struct GaugeRow {
+pub(crate) struct GaugeRow {
     pub cells: Vec<String>,
     id: String,
     name: Option<String>,
@@ -26,8 +29,8 @@ impl GaugeRow {
     }
 }
 
-/// What a run folder holds, as far as a report needs it.
-pub(super) struct RunFolder {
+/// What a run folder holds.
+pub(crate) struct Results {
     pub title: String,
     pub crs: String,
     pub grid: MapGrid,
@@ -37,9 +40,9 @@ pub(super) struct RunFolder {
     pub gauges: Vec<GaugeRow>,
     pub series: Vec<Series>,
     /// `tables/sections.csv`: columns and rows.
-    pub sections: (Vec<String>, Vec<Vec<String>>),
+    pub sections: Table,
     /// `tables/boundaries.csv`: columns and rows.
-    pub boundaries: (Vec<String>, Vec<Vec<String>>),
+    pub boundaries: Table,
     /// The size of the discharge over time at each section.
     pub discharges: Vec<Series>,
     maps: netcdf::File,
@@ -47,7 +50,7 @@ pub(super) struct RunFolder {
     fields: Option<(netcdf::File, MapGrid)>,
 }
 
-impl RunFolder {
+impl Results {
     /// Whether the dam is gone at the start: none breaks later, no water comes from elsewhere, and no earlier run had its beginning.
     pub fn begins_with_the_failure(&self) -> bool {
         self.summary["breach"].is_null()
@@ -56,7 +59,7 @@ impl RunFolder {
     }
 
     /// Opens the folder of a finished run; one that is under way or was killed is refused, whatever it holds.
-    pub fn open(folder: &Path) -> Result<RunFolder, Error> {
+    pub fn open(folder: &Path) -> Result<Results, Error> {
         let summary = plain_file::read_to_string(folder.join("run.json")).ok();
         let summary = summary.and_then(|text| serde_json::from_str(&text).ok()).unwrap_or(serde_json::Value::Null);
         if summary["status"] == "running" {
@@ -84,12 +87,12 @@ impl RunFolder {
             _ => None,
         };
         let (gauge_columns, gauges) = read_gauges(&folder.join("tables/gauges.csv"));
-        let table = |name: &str| -> (Vec<String>, Vec<Vec<String>>) {
+        let table = |name: &str| -> Table {
             let mut rows = read_csv(&folder.join("tables").join(name)).into_iter();
             (rows.next().unwrap_or_default(), rows.collect())
         };
         let sections = table("sections.csv");
-        Ok(RunFolder {
+        Ok(Results {
             title: text("title").unwrap_or_else(|| "Flood".to_string()),
             crs: crs_name(&maps),
             series: read_series(&folder.join("tables/gauge_series.csv"), &gauges),
@@ -109,6 +112,17 @@ impl RunFolder {
     /// A map of `maps.nc`, NaN where it has no value.
     pub fn map(&self, name: &str) -> Result<Option<Vec<f64>>, Error> {
         variable(&self.maps, name, None)
+    }
+
+    /// The least depth (m) that has a map of arrival.
+    pub fn arrival_depth(&self) -> Option<f64> {
+        let coordinate = text_of(&self.maps, "arrival_time", "coordinates")?;
+        variable(&self.maps, &coordinate, None).ok()??.first().copied()
+    }
+
+    /// The reference system of the maps as text, and its code; none of plain metres.
+    pub fn reference_system(&self) -> Option<(String, Option<String>)> {
+        Some((text_of(&self.maps, "crs", "crs_wkt")?, text_of(&self.maps, "crs", "epsg_code")))
     }
 
     /// The names of the tracers.
@@ -196,7 +210,7 @@ fn without_maps(folder: &Path) -> Error {
 }
 
 /// The parts of the folder that `outputs.write` of its scenario left out, by a summary of the run.
-pub(super) fn left_out(summary: &serde_json::Value) -> impl Iterator<Item = &str> {
+pub(crate) fn left_out(summary: &serde_json::Value) -> impl Iterator<Item = &str> {
     summary["not_written"].as_array().into_iter().flatten().filter_map(serde_json::Value::as_str)
 }
 
@@ -232,7 +246,7 @@ fn variable(file: &netcdf::File, name: &str, frame: Option<usize>) -> Result<Opt
 }
 
 /// Values of one grid on another: those of the cell that holds the middle of each of its cells, NaN where there is none.
-fn onto(grid: &MapGrid, own: &MapGrid, values: Vec<f64>) -> Vec<f64> {
+pub(crate) fn onto(grid: &MapGrid, own: &MapGrid, values: Vec<f64>) -> Vec<f64> {
     if grid == own {
         return values;
     }
@@ -267,11 +281,16 @@ fn read_grid(maps: &netcdf::File, path: &Path) -> Result<MapGrid, Error> {
     Ok(MapGrid { columns: x.len(), rows: y.len(), west: first_x - 0.5 * cell, north: first_y + 0.5 * cell, cell })
 }
 
-fn crs_name(maps: &netcdf::File) -> String {
-    let attribute = |name: &str| match maps.variable("crs")?.attribute_value(name)?.ok()? {
+/// A text that a variable has as an attribute.
+fn text_of(file: &netcdf::File, variable: &str, name: &str) -> Option<String> {
+    match file.variable(variable)?.attribute_value(name)?.ok()? {
         netcdf::AttributeValue::Str(text) => Some(text),
         _ => None,
-    };
+    }
+}
+
+fn crs_name(maps: &netcdf::File) -> String {
+    let attribute = |name: &str| text_of(maps, "crs", name);
     let name_in_wkt = || attribute("crs_wkt")?.split('"').nth(1).map(str::to_string);
     attribute("epsg_code").or_else(name_in_wkt).unwrap_or_else(|| "local metres".to_string())
 }
