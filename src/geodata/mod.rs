@@ -8,6 +8,7 @@ mod crs;
 mod hdf5;
 mod messages;
 pub mod netcdf_file;
+mod netcdf_header;
 pub mod open;
 mod text;
 mod unwrapped;

@@ -6,17 +6,24 @@ use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 use std::ptr::null_mut;
 
+use super::netcdf_header;
 use crate::error::{Problem, input_error};
 use netcdf_sys::{NC_GLOBAL, NC_MAX_NAME, NC_MAX_VAR_DIMS, NC_NOERR, NC_NOWRITE};
 
 /// What is said of such a file.
 const DAMAGED: &str = "a dimension, a variable or an attribute in it cannot be read, or its name is not UTF-8 text";
 
+/// What is said of a file whose head cannot be right.
+const TOO_MUCH: &str = "its head counts more than the file has room for: it is damaged, or cut off";
+
 /// Opens a file to be read.
 ///
 /// # Errors
 /// That of the library, or `netcdf::Error::Str` where something that the file lists cannot be read.
 pub fn open(path: &Path) -> netcdf::Result<netcdf::File> {
+    if !netcdf_header::is_possible(path) {
+        return Err(netcdf::Error::Str(TOO_MUCH.to_owned()));
+    }
     let file = netcdf::open(path)?;
     if is_sound(path) { Ok(file) } else { Err(netcdf::Error::Str(DAMAGED.to_owned())) }
 }

@@ -232,7 +232,8 @@ impl Recorder {
     ) -> Result<(), Error> {
         let volumes = volumes.into();
         self.gauges.step((self.time, time_after), &self.bed_elevation, (&self.maxima, &self.tracers), water);
-        self.hand_out_frames(time_after, water, volumes, sink)?;
+        // A frame that cannot be written costs no maxima.
+        let handed_out = self.hand_out_frames(time_after, water, volumes, sink);
         self.tracers.step(self.time, time_after, &self.maxima, water);
         self.maxima.step(self.time, time_after, water);
         if self.has_maps {
@@ -241,7 +242,7 @@ impl Recorder {
         self.follow_levels(water);
         self.previous_volumes = volumes.unwrap_or(self.previous_volumes);
         self.time = time_after;
-        Ok(())
+        handed_out
     }
 
     /// What the run left behind, up to the last step taken.

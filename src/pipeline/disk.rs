@@ -16,7 +16,7 @@ const FRAME_BYTES: Range<f64> = 4.0..24.0;
 /// Bytes of a sample of a gauge series.
 const SAMPLE_BYTES: f64 = 60.0;
 /// Bytes of a particle of a channel at a moment: a row of `channels.csv`, and four numbers of `channels.nc` (compressed ones take less).
-const PROFILE_BYTES: Range<f64> = 50.0..110.0;
+const PROFILE_BYTES: Range<f64> = 40.0..110.0;
 /// Bytes that `channels.nc` takes besides: names and places of few or many stations.
 const CHANNELS_FILE: Range<f64> = 2e4..6e4;
 /// Bytes of `results.gpkg`, which holds its tables and styles without a feature, too.

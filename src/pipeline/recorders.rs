@@ -115,10 +115,9 @@ impl Recorders {
         is_recorded: Option<bool>,
         clock: &mut Clock,
     ) -> Result<(), Error> {
-        if let Some(needs_balance) = is_recorded {
-            self.record(solver, needs_balance, clock)?;
-        }
-        self.after_step(solver, clock)
+        let recorded = is_recorded.map_or(Ok(()), |needs_balance| self.record(solver, needs_balance, clock));
+        let stepped = self.after_step(solver, clock);
+        recorded.and(stepped)
     }
 
     /// Takes the water of the plane at a record.

@@ -131,6 +131,10 @@ fn assert_bears(call: &str, error: &str) {
 #[test]
 fn disks_that_are_full_at_any_write() {
     assert_bears("pwrite64", "ENOSPC");
+}
+
+#[test]
+fn disks_that_are_full_at_any_write_in_a_row() {
     assert_bears("write", "ENOSPC");
 }
 

@@ -1,12 +1,14 @@
 //! `cog/*.tif`: the maps as cloud-optimised GeoTIFFs, with a QGIS style beside each.
 //!
-//! Each map is filled in memory and copied, since the COG driver can only copy. Overviews take the nearest value: a mean of
-//! arrival times, or of wet and dry, would show what no cell has seen.
+//! Each map is filled in memory and copied, since the COG driver can only copy. The copy is made in memory, too, and its bytes are written here: the
+//! driver goes on where a write to the disk fails, and says nothing. Overviews take the nearest value: a mean of arrival times, or of wet and dry,
+//! would show what no cell has seen.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use gdal::cpl::CslStringList;
 use gdal::raster::{Buffer, ColorEntry, ColorTable, GdalType, PaletteInterpretation, RasterBand};
+use gdal::vsi::{call_on_mem_file_bytes, unlink_mem_file};
 use gdal::{Dataset, DriverManager, Metadata};
 use rayon::prelude::*;
 
@@ -39,15 +41,17 @@ pub fn write_cogs(
         let crs = WritableCrs::new(crs, &folder.file("cog"))?;
         let write = |path: &Path| {
             let failed = |cause: gdal::errors::GdalError| output_error(path, cause);
-            let source = in_memory(map, grid, &crs, provenance).map_err(failed)?;
+            let whole = MemoryFile::beside(path);
             let mut options = CslStringList::new();
             for option in ["COMPRESS=DEFLATE", "PREDICTOR=YES", "BLOCKSIZE=512", "OVERVIEWS=AUTO", "RESAMPLING=NEAREST"]
             {
                 options.add_string(option).map_err(failed)?;
             }
             let driver = DriverManager::get_driver_by_name("COG").map_err(failed)?;
-            let copy = source.create_copy(&driver, path, &options).map_err(failed)?;
-            copy.close().map_err(failed)?;
+            let source = in_memory(map, grid, &crs, provenance).map_err(failed)?;
+            source.create_copy(&driver, &whole.0, &options).and_then(Dataset::close).map_err(failed)?;
+            drop(source);
+            whole.write_to(path)?;
             match map.kind {
                 MapKind::Class => compare_raster(path, &classes_of(map)),
                 _ => compare_raster(path, map.values),
@@ -62,6 +66,30 @@ pub fn write_cogs(
         written.into_iter().collect::<Result<(), Error>>()?;
     }
     Ok(())
+}
+
+/// A file that GDAL has in memory.
+struct MemoryFile(PathBuf);
+
+impl MemoryFile {
+    /// The name of one that stands for a file of the disk.
+    fn beside(path: &Path) -> Self {
+        MemoryFile(Path::new("/vsimem").join(path.strip_prefix("/").unwrap_or(path)))
+    }
+
+    /// Writes its bytes to the disk.
+    fn write_to(&self, path: &Path) -> Result<(), Error> {
+        let written = call_on_mem_file_bytes(&self.0, |bytes| std::fs::write(path, bytes));
+        let written = written.map_err(|cause| output_error(path, cause))?;
+        written.map_err(|cause| output_error(path, cause))
+    }
+}
+
+impl Drop for MemoryFile {
+    fn drop(&mut self) {
+        // Where the driver has not come so far there is none.
+        let _ = unlink_mem_file(&self.0);
+    }
 }
 
 /// The values of a map of classes.
