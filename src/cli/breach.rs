@@ -5,7 +5,7 @@ use std::fmt::Write;
 use super::args::{BreachArguments, ModeArgument};
 use super::print;
 use crate::error::Error;
-use crate::physics::breach::{BreachEstimate, FailureMode, breach_estimates};
+use crate::physics::breach::{BreachEstimate, FailureMode, PeakEstimate, breach_estimates, peak_estimates};
 use crate::scenario::GRAVITY;
 
 /// Prints the table.
@@ -51,14 +51,39 @@ fn table(volume: f64, height: f64, mode: FailureMode) -> String {
         minutes([of_times(f64::min, f64::INFINITY), of_times(f64::max, 0.0)]),
     ];
     line(["range", &cells[0], "", "", &cells[1]]);
+    text += &peaks(volume, height);
+    text += &spreads(&estimates);
     let eroded = estimates.iter().find_map(|estimate: &BreachEstimate| estimate.eroded).unwrap_or_default();
     let _ = write!(
         text,
         "\nSide slopes are horizontal to vertical; the mean width is that at half the height. MacDonald &\n\
          Langridge-Monopolis erode {eroded:.0} m³ of an earthfill dam, which is a width with its section only. The times\n\
          after Von Thun & Gillette are those of easily erodible and of erosion-resistant dams. All are fits to past failures\n\
-         of embankments, none to concrete dams; single failures differ by factors: run the scenario with several.\n"
+         of embankments, none to concrete dams: run the scenario with several.\n"
     );
+    text
+}
+
+/// The peak discharges, and between which of them 95 % of past failures lay.
+fn peaks(volume: f64, height: f64) -> String {
+    let mut text = format!("\n{:<38}{:>12}{:>26}\n", "peak discharge", "m3/s", "95 % of past failures");
+    for PeakEstimate { name, discharge, of_failures } in peak_estimates(volume, height) {
+        let range = of_failures
+            .map_or_else(|| "-".to_owned(), |[from, to]| format!("{:.0}-{:.0} m3/s", from * discharge, to * discharge));
+        let _ = writeln!(text, "{name:<38}{discharge:>12.0}{range:>26}");
+    }
+    text
+}
+
+/// Between which shares of what a formula says 95 % of past failures lay.
+fn spreads(estimates: &[BreachEstimate]) -> String {
+    let shares = |shares: Option<[f64; 2]>| shares.map_or_else(|| "-".to_owned(), |[from, to]| format!("{from}-{to}"));
+    let mut text = "\nof past failures 95 % lay between these shares of the formula (Wahl 2004)\n".to_owned();
+    let _ = writeln!(text, "{:<38}{:>12}{:>14}", "", "mean width", "time");
+    for estimate in estimates.iter().filter(|estimate| estimate.time_of_failures.is_some()) {
+        let (width, time) = (shares(estimate.width_of_failures), shares(estimate.time_of_failures));
+        let _ = writeln!(text, "{:<38}{width:>12}{time:>14}", estimate.name);
+    }
     text
 }
 

@@ -11,6 +11,16 @@
 //! B is the mean width, m the slope of the sides (horizontal to vertical); left of the bar overtopping, right of it piping.
 //! `MacDonald1984` gives the volume V_e that is eroded from an earthfill dam, which becomes a width with the section of the dam
 //! only. References: `Froehlich2008`, `Froehlich1995`, `MacDonald1984`, `VonThun1990`.
+//!
+//! The peak discharge Q (m³/s), of the same two:
+//!
+//! ```text
+//! Froehlich1995b  Q = 0.607 V_w^0.295 h^1.24
+//! MacDonald1984   Q = 1.154 (V_w h)^0.412        the best fit
+//! Pierce2010      Q = 0.038 V_w^0.475 h^1.09
+//! ```
+//!
+//! How far past failures lay from a formula is that of `Wahl2004`: some 95 % of what was observed is between two shares of what the formula says.
 
 /// How the dam fails.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,6 +44,21 @@ pub struct BreachEstimate {
     pub time: [f64; 2],
     /// Volume eroded from the dam (m³), where the formula gives one.
     pub eroded: Option<f64>,
+    /// The shares of the mean width between which 95 % of past failures lay, where they are known.
+    pub width_of_failures: Option<[f64; 2]>,
+    /// The same of the time.
+    pub time_of_failures: Option<[f64; 2]>,
+}
+
+/// What one formula says of the peak discharge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PeakEstimate {
+    /// Its name.
+    pub name: &'static str,
+    /// The peak discharge (m³/s).
+    pub discharge: f64,
+    /// The shares of it between which 95 % of past failures lay, where they are known.
+    pub of_failures: Option<[f64; 2]>,
 }
 
 impl BreachEstimate {
@@ -62,6 +87,8 @@ pub fn breach_estimates(volume: f64, height: f64, mode: FailureMode, gravity: f6
             side_slope: of_mode(1.0, 0.7),
             time: one(63.2 * (volume / (gravity * height * height)).sqrt()),
             eroded: None,
+            width_of_failures: None,
+            time_of_failures: None,
         },
         BreachEstimate {
             name: "Froehlich 1995",
@@ -69,6 +96,8 @@ pub fn breach_estimates(volume: f64, height: f64, mode: FailureMode, gravity: f6
             side_slope: of_mode(1.4, 0.9),
             time: one(0.00254 * volume.powf(0.53) * height.powf(-0.90) * HOUR),
             eroded: None,
+            width_of_failures: Some([0.40, 2.4]),
+            time_of_failures: Some([0.38, 7.3]),
         },
         BreachEstimate {
             name: "MacDonald & Langridge-Monopolis 1984",
@@ -76,6 +105,8 @@ pub fn breach_estimates(volume: f64, height: f64, mode: FailureMode, gravity: f6
             side_slope: 0.5,
             time: one(0.0179 * eroded.powf(0.364) * HOUR),
             eroded: Some(eroded),
+            width_of_failures: None,
+            time_of_failures: Some([0.24, 11.0]),
         },
         BreachEstimate {
             name: "Von Thun & Gillette 1990",
@@ -83,6 +114,29 @@ pub fn breach_estimates(volume: f64, height: f64, mode: FailureMode, gravity: f6
             side_slope: 1.0,
             time: [0.015 * height * HOUR, (0.020 * height + 0.25) * HOUR],
             eroded: None,
+            width_of_failures: Some([0.37, 1.8]),
+            time_of_failures: Some([0.49, 40.0]),
+        },
+    ]
+}
+
+/// All formulas for the peak discharge of a volume (m³) and a height (m), both positive.
+pub fn peak_estimates(volume: f64, height: f64) -> [PeakEstimate; 3] {
+    [
+        PeakEstimate {
+            name: "Froehlich 1995",
+            discharge: 0.607 * volume.powf(0.295) * height.powf(1.24),
+            of_failures: Some([0.53, 2.3]),
+        },
+        PeakEstimate {
+            name: "MacDonald & Langridge-Monopolis 1984",
+            discharge: 1.154 * (volume * height).powf(0.412),
+            of_failures: Some([0.15, 3.7]),
+        },
+        PeakEstimate {
+            name: "Pierce, Thornton & Abt 2010",
+            discharge: 0.038 * volume.powf(0.475) * height.powf(1.09),
+            of_failures: None,
         },
     ]
 }
@@ -126,6 +180,33 @@ mod tests {
         let of_volume = |volume: f64| breach_estimates(volume, 10.0, FailureMode::Piping, 9.81)[3].mean_width.unwrap();
         for (volume, width) in [(1e6, 31.1), (2e6, 43.3), (1e7, 67.7), (2e7, 79.9)] {
             assert!(near(of_volume(volume), width, 1e-9), "{volume}");
+        }
+    }
+
+    #[test]
+    fn peak_discharges_by_hand() {
+        let [f95, mlm, pierce] = peak_estimates(1e7, 30.0);
+        // 10^2.065 = 116.145; 30^1.24 = e^4.217485 = 67.862; 0.607·116.145·67.862 = 4784.3.
+        assert!(near(f95.discharge, 4784.3, 0.5));
+        // (3·10^8)^0.412 = 10^3.492574 = 3108.7; times 1.154.
+        assert!(near(mlm.discharge, 3587.4, 0.5));
+        // 10^3.325 = 2113.49; 30^1.09 = e^3.707305 = 40.744.
+        assert!(near(pierce.discharge, 3272.2, 0.5));
+        // The shares are 10^(−e ± s), of the mean error e and twice its deviation s in powers of ten (`Wahl2004`, table 3).
+        let shares = |e: f64, s: f64| [10_f64.powf(-e - s), 10_f64.powf(-e + s)];
+        let [_, width, eroded, broad] = breach_estimates(1e7, 30.0, FailureMode::Overtopping, 9.81);
+        for (stated, [e, s]) in [
+            (f95.of_failures, [-0.04, 0.32]),
+            (mlm.of_failures, [0.13, 0.70]),
+            (width.width_of_failures, [0.01, 0.39]),
+            (width.time_of_failures, [-0.22, 0.64]),
+            (eroded.time_of_failures, [-0.21, 0.83]),
+            (broad.width_of_failures, [0.09, 0.35]),
+            (broad.time_of_failures, [-0.64, 0.95]),
+        ] {
+            let of_errors = shares(e, s);
+            let is_near = |(stated, share): (f64, f64)| (stated / share - 1.0).abs() < 0.05;
+            assert!(stated.unwrap().into_iter().zip(of_errors).all(is_near), "{stated:?} {of_errors:?}");
         }
     }
 
