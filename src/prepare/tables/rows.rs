@@ -1,7 +1,6 @@
 //! Rows of tables, and how their faults are named.
 
 use crate::error::{Problem, input_error};
-use crate::math::readable;
 use crate::scenario::units::{DISCHARGE, Dimension};
 use crate::terrain::PLAUSIBLE_ELEVATION;
 
@@ -90,11 +89,11 @@ pub fn beyond_earth<const COLUMNS: usize>(
 ) -> Option<Problem> {
     let beyond = rows.iter().filter(|row| row.numbers[column].abs() > dimension.most);
     in_lines(
-        beyond.map(|row| (row.line, row.written[column].to_string())),
+        beyond.map(|row| (row.line, format!("{:e}", row.written[column]))),
         "implausible-value",
         |count, lines| {
             let unit = dimension.units.iter().find(|unit| (unit.1 - 1.0).abs() <= 0.0).map_or("", |unit| unit.0);
-            let what = format!("{} beyond {} {unit}", dimension.name, readable(dimension.most));
+            let what = format!("{} beyond {:e} {unit}", dimension.name, dimension.most);
             format!("{} {what}, in {name}: {lines}", rows_are(count))
         },
         "leave out the rows of a code for missing values, or correct the unit",
