@@ -192,7 +192,7 @@ mod tests {
         assert!(near(mlm.discharge, 3587.4, 0.5));
         // 10^3.325 = 2113.49; 30^1.09 = e^3.707305 = 40.744.
         assert!(near(pierce.discharge, 3272.2, 0.5));
-        // The shares are 10^(−e ± s), of the mean error e and twice its deviation s in powers of ten (`Wahl2004`, table 3).
+        // The shares are 10^(−e ± s), of the mean error e and twice its deviation s in powers of ten (`Wahl2004`).
         let shares = |e: f64, s: f64| [10_f64.powf(-e - s), 10_f64.powf(-e + s)];
         let [_, width, eroded, broad] = breach_estimates(1e7, 30.0, FailureMode::Overtopping, 9.81);
         for (stated, [e, s]) in [
