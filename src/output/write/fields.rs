@@ -100,7 +100,7 @@ impl FieldsWriter {
             return Ok(());
         }
         self.join()?;
-        Err(Error::Internal("a frame came after the last one".into()))
+        Err(self.ended_before())
     }
 
     /// Waits until all frames are on the disk, a power cut notwithstanding.
@@ -114,7 +114,7 @@ impl FieldsWriter {
             return Ok(());
         }
         self.join()?;
-        Err(Error::Internal("frames were to be settled after the last one".into()))
+        Err(self.ended_before())
     }
 
     /// Waits for the last frame and makes `fields.nc`; `fields.partial.nc` stays until the checkpoints that count on it are gone.
@@ -126,6 +126,11 @@ impl FieldsWriter {
         let partial = self.folder.file(PARTIAL);
         let convert = |path: &Path| convert(&partial, path, (&self.description, &self.tracers));
         self.folder.write_with("fields.nc", convert)
+    }
+
+    /// What is said of frames behind one that could not be written, once that was reported.
+    fn ended_before(&self) -> Error {
+        output_error(&self.folder.file(PARTIAL), "an earlier frame could not be written")
     }
 
     fn join(&mut self) -> Result<(), Error> {
