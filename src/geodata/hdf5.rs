@@ -2,7 +2,6 @@
 //! without asking.
 
 use std::ffi::{CStr, CString, c_char, c_int, c_uint, c_void};
-use std::fs::File;
 use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::FileExt;
 use std::path::Path;
@@ -18,6 +17,8 @@ use hdf5_metno_sys::h5o::{H5Oclose, H5Oopen};
 use hdf5_metno_sys::h5p::{
     H5P_DEFAULT, H5Pclose, H5Pget_external, H5Pget_external_count, H5Pget_virtual_count, H5Pget_virtual_filename,
 };
+
+use crate::plain_file;
 
 /// What each file of HDF5 begins with, at its begin or at a power of two from 512 bytes on.
 const SIGNATURE: [u8; 8] = *b"\x89HDF\r\n\x1a\n";
@@ -38,7 +39,7 @@ pub fn keep_quiet() {
 
 /// Whether a file is one of HDF5.
 fn is_hdf5(path: &Path) -> bool {
-    let Ok(file) = File::open(path) else { return false };
+    let Ok(file) = plain_file::open(path) else { return false };
     let length = file.metadata().map_or(0, |metadata| metadata.len());
     let begins_at = |place: u64| {
         let mut bytes = [0; SIGNATURE.len()];
@@ -96,8 +97,8 @@ fn names_within(file: hid_t) -> Vec<String> {
 /// Notes a link.
 #[expect(unsafe_code, reason = "HDF5 calls it")]
 unsafe extern "C" fn note(_: hid_t, name: *const c_char, info: *const H5L_info1_t, links: *mut c_void) -> herr_t {
-    // SAFETY: HDF5 hands on the list of the caller, a text that ends with a zero, and a description that begins with the kind and ends with the
-    // size; the kind may be any number, so that it is read as one.
+    // SAFETY: HDF5 hands on the list of the caller, a text that ends with a zero, and a description. It begins with the kind and ends with the size.
+    // The kind may be any number, so that it is read as one.
     unsafe {
         let kind = *info.cast::<c_int>();
         let size = if kind == EXTERNAL { *(&raw const (*info).u).cast::<usize>() } else { 0 };
@@ -111,7 +112,7 @@ unsafe extern "C" fn note(_: hid_t, name: *const c_char, info: *const H5L_info1_
 fn target(file: hid_t, link: &Link) -> Option<String> {
     let mut value = vec![0_u8; link.size.min(2 * LONGEST)];
     let mut name: *const c_char = null();
-    // SAFETY: the library is locked by the caller, and the file is open; the buffer has the size that is told, and the name points into it.
+    // SAFETY: the library is locked by the caller, and the file is open; the buffer has the size that is stated, and the name points into it.
     unsafe {
         let read = H5Lget_val(file, link.path.as_ptr(), value.as_mut_ptr().cast(), value.len(), H5P_DEFAULT);
         if read < 0 || H5Lunpack_elink_val(value.as_ptr().cast(), value.len(), null_mut(), &mut name, null_mut()) < 0 {
@@ -129,7 +130,7 @@ fn names_of_values(file: hid_t, dataset: &CStr) -> Vec<String> {
     let mut add = |name: &[u8]| {
         names.extend(CStr::from_bytes_until_nul(name).map(|name| name.to_string_lossy().into_owned()));
     };
-    // SAFETY: the library is locked by the caller, and the file is open; the buffer has the size that is told, and what was opened is closed.
+    // SAFETY: the library is locked by the caller, and the file is open; the buffer has the size that is stated, and what was opened is closed.
     unsafe {
         let object = H5Oopen(file, dataset.as_ptr(), H5P_DEFAULT);
         let properties = if object < 0 { -1 } else { H5Dget_create_plist(object) };

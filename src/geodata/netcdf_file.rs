@@ -16,14 +16,16 @@ const DAMAGED: &str = "a dimension, a variable or an attribute in it cannot be r
 /// What is said of a file whose head cannot be right.
 const TOO_MUCH: &str = "its head counts more than the file has room for: it is damaged, or cut off";
 
+/// The refusal of a classic file whose head cannot be right. Any library that opens such a file may crash.
+pub fn impossible(path: &Path) -> Option<Problem> {
+    (!netcdf_header::is_possible(path)).then(|| refused(path, TOO_MUCH.to_owned()))
+}
+
 /// Opens a file to be read.
 ///
 /// # Errors
 /// That of the library, or `netcdf::Error::Str` where something that the file lists cannot be read.
 pub fn open(path: &Path) -> netcdf::Result<netcdf::File> {
-    if !netcdf_header::is_possible(path) {
-        return Err(netcdf::Error::Str(TOO_MUCH.to_owned()));
-    }
     let file = netcdf::open(path)?;
     if is_sound(path) { Ok(file) } else { Err(netcdf::Error::Str(DAMAGED.to_owned())) }
 }

@@ -7,12 +7,14 @@ use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
 
+use crate::plain_file;
+
 /// Bytes of a tag, of a type, and of what numbers and texts are filled up to.
 const WORD: u64 = 4;
 
 /// Whether a file is none of the classic format, or its head fits into it.
 pub(super) fn is_possible(path: &Path) -> bool {
-    let Ok(file) = File::open(path) else { return true };
+    let Ok(file) = plain_file::open(path) else { return true };
     let length = file.metadata().map_or(0, |metadata| metadata.len());
     let mut head = Head { bytes: BufReader::new(file), left: length, number: WORD, offset: WORD };
     match head.word().map(u32::to_be_bytes) {

@@ -1,4 +1,5 @@
-//! Which inputs are opened at all: files of this machine, and of those that a VRT names, the ones in its folder or in that of the scenario.
+//! Which inputs are opened at all: files of this machine, and of those that a VRT names, the ones in its folder or in that of the scenario; no file
+//! at which a library would crash.
 //!
 //! A scenario may come from anywhere. What it names itself its reader has seen; what a file of it names in turn nobody has.
 
@@ -7,7 +8,7 @@ use std::path::{Path, PathBuf};
 use super::inputs::{self, NamedInput};
 use crate::error::{Problem, input_error, sort_problems};
 use crate::geodata::vrt::{Named, is_elsewhere, named_by, sources};
-use crate::geodata::{open, readable_file};
+use crate::geodata::{netcdf_file, open, readable_file};
 use crate::plain_file::odd_kind;
 use crate::scenario::Scenario;
 
@@ -64,6 +65,7 @@ fn faults_of(path: &Path, own: Option<&Path>, is_remote_allowed: bool) -> Vec<Pr
     let roots: Vec<PathBuf> = own.map(Path::to_owned).into_iter().chain(real_folders(path)).collect();
     let mut problems = Vec::new();
     for file in std::iter::once(path.to_owned()).chain(sources(path)) {
+        problems.extend(netcdf_file::impossible(&file));
         for named in named_by(&file).unwrap_or_default() {
             let found = fault_of(&file, &named, &roots, is_remote_allowed);
             problems.extend(found.filter(|problem| !problems.contains(problem)));

@@ -242,6 +242,21 @@ fn a_folder_of_a_run_with_pipes_in_it_holds_nobody_up() {
 }
 
 #[test]
+fn a_netcdf_file_whose_head_counts_more_than_it_holds_is_opened_by_no_library() {
+    let place = Place::new();
+    // A classic file of 28 bytes with 201 million dimensions.
+    std::fs::write(place.scene().join("d.nc"), b"CDF\x02\0\0\0\0\0\0\0\x0a\x0c\0\0\0\0\0\0\x05units\0\0\0").unwrap();
+    place.write("scene/over.vrt", &source("d.nc", true));
+    let rain = "time: {end: 2 s}\nrain: {raster_series: d.nc, unit: mm/h}";
+    for (from, to) in
+        [("dem.vrt", "d.nc"), ("dem.vrt", "\"d.nc:z\""), ("dem.vrt", "over.vrt"), ("time: {end: 2 s}", rain)]
+    {
+        place.write("scene/s.yaml", &changed(SCENARIO, &[(from, to)]));
+        crate::assert_check(&place.scene(), 4, &["error[not-a-netcdf]", "d.nc cannot be read", "its head counts more"]);
+    }
+}
+
+#[test]
 fn gzipped_points_are_bounded_by_the_memory_limit() {
     let place = Place::new();
     let text = "1000 2000 5\n".repeat(4_000_000);
