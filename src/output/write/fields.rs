@@ -122,13 +122,17 @@ impl FieldsWriter {
     /// # Errors
     /// When a frame could not be written, or the conversion fails.
     pub fn finish(mut self) -> Result<(), Error> {
+        // The thread ends before only where a frame failed: then `fields.nc` would lack it.
+        if self.worker.is_none() {
+            return Err(self.ended_before());
+        }
         self.join()?;
         let partial = self.folder.file(PARTIAL);
         let convert = |path: &Path| convert(&partial, path, (&self.description, &self.tracers));
         self.folder.write_with("fields.nc", convert)
     }
 
-    /// What is said of frames behind one that could not be written, once that was reported.
+    /// What is said of frames beside one that could not be written, once that was reported.
     fn ended_before(&self) -> Error {
         output_error(&self.folder.file(PARTIAL), "an earlier frame could not be written")
     }
