@@ -5,17 +5,16 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::changes::{Changes, between};
-use super::maps::{DifferenceMap, Differences, Extent, differences};
+use super::maps::{DifferenceMap, Differences, differences};
 use super::tables::{PlaceValue, values};
 use crate::calendar::utc_now;
-use crate::csv::inert;
 use crate::error::{Error, Problem, ProblemKind};
 use crate::lattice::Lattice;
 use crate::maps::MapGrid;
 use crate::math::Vec2;
 use crate::output::{
     FileHead, MapClass, MapKind, MapVariable, OutputCrs, OutputGrid, Provenance, RunFolder, write_cogs,
-    write_differences,
+    write_difference_table, write_differences,
 };
 use crate::results::Results;
 use crate::version;
@@ -46,16 +45,11 @@ pub struct Comparison {
     pub runs: [RunName; 2],
     /// What they were asked otherwise.
     pub changes: Changes,
-    /// Where water came.
-    pub extent: Extent,
-    /// The maps.
-    pub maps: Vec<DifferenceMap>,
+    /// What differs on the maps.
+    #[serde(flatten)]
+    pub on_maps: Differences,
     /// Gauges and cross-sections.
     pub places: Vec<PlaceValue>,
-    #[serde(skip)]
-    grid: MapGrid,
-    #[serde(skip)]
-    flooded: Vec<f32>,
     #[serde(skip)]
     crs: OutputCrs,
 }
@@ -73,24 +67,20 @@ pub fn compare(folders: [&Path; 2]) -> Result<Comparison, Error> {
         let problem = Problem::error(ProblemKind::Input, "not-comparable", "", message);
         Error::Problems(vec![problem.with_remedy(remedy)])
     };
-    let systems = both.map(|run| run.reference_system());
     if both[0].crs != both[1].crs {
         let what = format!("their reference systems are {} and {}", both[0].crs, both[1].crs);
         return Err(apart(what, "run both in one reference system (`crs`)"));
     }
-    let Some(Differences { grid, extent, flooded, maps }) = differences(both)? else {
+    let Some(on_maps) = differences(both)? else {
         return Err(apart("their maps are of different places".to_owned(), "name two runs of the same place"));
     };
     let names = [0, 1].map(|k| name(folders[k], both[k]));
-    let [system, _] = systems;
+    let system = both[0].reference_system();
     Ok(Comparison {
         runs: names,
         changes: between(folders, both.map(|run| &run.summary)),
-        extent,
-        maps,
+        on_maps,
         places: values(both),
-        grid,
-        flooded,
         crs: system.map_or(OutputCrs::Local, |(wkt2, authority)| OutputCrs::Projected { wkt2, authority }),
     })
 }
@@ -123,7 +113,7 @@ impl Comparison {
             return Err(Error::Problems(vec![problem.with_remedy("choose a folder of its own with --out")]));
         }
         let folder = RunFolder::create(folder, overwrite)?;
-        let MapGrid { columns, rows, west, north, cell } = self.grid;
+        let MapGrid { columns, rows, west, north, cell } = self.on_maps.grid;
         let south = north - rows as f64 * cell;
         let lattice = Lattice::new(Vec2::new(west, south), columns, rows, cell);
         let grid = OutputGrid::new(&lattice, cell, &vec![0.0; columns * rows]);
@@ -141,7 +131,9 @@ impl Comparison {
         let variables = self.variables();
         write_differences(&folder, &grid, head, &variables)?;
         write_cogs(&folder, &grid, head, &variables)?;
-        folder.write("tables/differences.csv", self.table().as_bytes())?;
+        let row = |place: &'_ PlaceValue| [place.first, place.second, place.difference()];
+        let rows = self.places.iter().map(|place| ([place.kind, &place.id, place.quantity], row(place)));
+        write_difference_table(&folder, rows)?;
         folder.write("differences.json", self.json().as_bytes())
     }
 
@@ -151,7 +143,7 @@ impl Comparison {
     }
 
     /// The maps as variables of files.
-    fn variables(&self) -> Vec<MapVariable<'_>> {
+    fn variables<'a>(&'a self) -> Vec<MapVariable<'a>> {
         let map = |name: &str, long_name: &str, units, kind, comment: String, values| MapVariable {
             name: name.to_owned(),
             long_name: long_name.to_owned(),
@@ -176,37 +168,28 @@ impl Comparison {
             ("second_alone", "flooded in the second run alone", Some([0xb2, 0x18, 0x2b])),
             ("both", "flooded in both", Some([0xbd, 0xbd, 0xbd])),
         ];
-        let depth = self.extent.depth_m;
+        let depth = self.on_maps.extent.depth_m;
         let by_depth = format!("flooded from a maximum depth of {depth} m on");
         let extent = MapVariable {
             classes: (0..).zip(classes).map(class).collect(),
-            ..map("flood_extent", "where water came in which run", "1", MapKind::Class, by_depth, &self.flooded[..])
+            ..map(
+                "flood_extent",
+                "where water came in which run",
+                "1",
+                MapKind::Class,
+                by_depth,
+                &self.on_maps.flooded[..],
+            )
         };
         let difference = |one: &'_ DifferenceMap| -> String {
             let where_both =
                 if one.name.starts_with("max_depth_diff") { "where one is flooded" } else { "where both are" };
             format!("second run less first, {where_both}")
         };
-        let maps = self
-            .maps
-            .iter()
-            .map(|one| map(&one.name, one.long_name, one.units, MapKind::Difference, difference(one), &one.values[..]));
+        let of_map = |one: &'a DifferenceMap| {
+            map(&one.name, one.long_name, one.units, MapKind::Difference, difference(one), &one.values[..])
+        };
+        let maps = self.on_maps.maps.iter().map(of_map);
         std::iter::once(extent).chain(maps).collect()
-    }
-
-    /// The values at gauges and cross-sections as CSV.
-    fn table(&self) -> String {
-        let number = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.4}"));
-        let quoted = |text: &str| {
-            let text = inert(text);
-            if text.contains([',', '"', '\n']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text }
-        };
-        let row = |place: &PlaceValue| {
-            let PlaceValue { kind, id, quantity, first, second } = place;
-            let [first, second, difference] = [*first, *second, place.difference()].map(number);
-            format!("{kind},{},{quantity},{first},{second},{difference}\n", quoted(id))
-        };
-        let rows: String = self.places.iter().map(row).collect();
-        format!("kind,id,quantity,first,second,difference\n{rows}")
     }
 }

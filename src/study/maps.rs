@@ -71,13 +71,15 @@ pub struct DifferenceMap {
 }
 
 /// All maps of a comparison.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Differences {
     /// Their grid.
+    #[serde(skip)]
     pub grid: MapGrid,
     /// Where water came.
     pub extent: Extent,
     /// Of each cell 0 where no water came, 1 in the first run alone, 2 in the second alone, 3 in both; the fill value where there is no terrain.
+    #[serde(skip)]
     pub flooded: Vec<f32>,
     /// Differences of depth, level, speed, depth times speed, and arrival.
     pub maps: Vec<DifferenceMap>,
@@ -126,7 +128,7 @@ pub(super) fn differences(runs: [&Results; 2]) -> Result<Option<Differences>, Er
     for run in runs {
         depths.push(on_grid(run, "max_depth")?.unwrap_or_default());
     }
-    let is_wet = |depth: f64| depth > 0.0 && depth >= depth_m;
+    let is_wet = |depth: f64| is_flooded(depth, depth_m);
     let (extent, flooded) = extent(&grid, [&depths[0], &depths[1]], depth_m);
     let mut maps = Vec::new();
     for (name, long_name, units) in COMPARED {
@@ -145,6 +147,11 @@ pub(super) fn differences(runs: [&Results; 2]) -> Result<Option<Differences>, Er
     Ok(Some(Differences { grid, extent, flooded, maps }))
 }
 
+/// Whether a cell with such a maximum depth (m) counts as flooded.
+fn is_flooded(depth: f64, least: f64) -> bool {
+    depth > 0.0 && depth >= least
+}
+
 /// Areas and classes of where water came.
 fn extent(grid: &MapGrid, [first, second]: [&[f64]; 2], depth_m: f64) -> (Extent, Vec<f32>) {
     let area = grid.cell * grid.cell;
@@ -153,8 +160,7 @@ fn extent(grid: &MapGrid, [first, second]: [&[f64]; 2], depth_m: f64) -> (Extent
         if one.is_nan() && other.is_nan() {
             return FILL;
         }
-        let is_wet = |depth: &f64| *depth > 0.0 && *depth >= depth_m;
-        let class = usize::from(is_wet(one)) + 2 * usize::from(is_wet(other));
+        let class = usize::from(is_flooded(*one, depth_m)) + 2 * usize::from(is_flooded(*other, depth_m));
         counts[class] += 1;
         class as f32
     };

@@ -18,7 +18,7 @@ impl fmt::Display for Comparison {
         writeln!(f, "second       {}", described(second))?;
         self.write_changes(f)?;
         let km2 = |area: f64| area / 1e6;
-        let extent = &self.extent;
+        let extent = &self.on_maps.extent;
         writeln!(
             f,
             "flooded      {:.4} km2, {:.4} km2 ({}), from a depth of {} m on",
@@ -37,7 +37,7 @@ impl fmt::Display for Comparison {
         )?;
         writeln!(f, "second less first, where both are flooded; of depth, where one is")?;
         writeln!(f, "                          mean  90 % within     greatest  at")?;
-        for map in &self.maps {
+        for map in &self.on_maps.maps {
             let name = map.name.trim_end_matches("_difference").replace('_', " ");
             let unit = map.units.replace("m2 s-1", "m2/s").replace("m s-1", "m/s");
             match map.spread {

@@ -70,7 +70,6 @@ pub const MAY_IMPORT: &[(&str, &[&str])] = &[
         "study",
         &[
             "calendar",
-            "csv",
             "error",
             "lattice",
             "maps",

@@ -57,7 +57,7 @@ impl SecondHold {
         open.truncate(usize::try_from(found).unwrap_or(0));
         let is_it = |file: &hid_t| {
             let mut name = vec![0_u8; path.as_bytes_with_nul().len() + 1];
-            // SAFETY: the library is locked; the file is open, and the buffer has the size that is told.
+            // SAFETY: the library is locked; the file is open, and the buffer has the size that is stated.
             let length = unsafe { H5Fget_name(*file, name.as_mut_ptr().cast(), name.len()) };
             usize::try_from(length).is_ok_and(|length| name.get(..length) == Some(path.as_bytes()))
         };

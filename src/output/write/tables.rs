@@ -46,6 +46,19 @@ pub fn write_gauges(folder: &RunFolder, gauges: &[Gauge], recording: &Recording)
     write_lines(folder, "tables/gauge_series.csv", &header, series_rows)
 }
 
+/// Writes `differences.csv` into `tables/`: of each row kind, name and quantity, and the value in the first run, in the second, and the difference.
+///
+/// # Errors
+/// When it cannot be written.
+pub fn write_difference_table<'a>(
+    folder: &RunFolder,
+    rows: impl Iterator<Item = ([&'a str; 3], [Option<f64>; 3])>,
+) -> Result<(), Error> {
+    let rows =
+        rows.map(|(names, values)| format!("{},{}", row(names.map(text)), row(values.map(|value| number(value, 4)))));
+    write_lines(folder, "tables/differences.csv", "kind,id,quantity,first,second,difference", rows)
+}
+
 /// Writes `mass_balance.csv` into `tables/`.
 ///
 /// # Errors
