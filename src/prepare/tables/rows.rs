@@ -93,7 +93,9 @@ pub fn beyond_earth<const COLUMNS: usize>(
         "implausible-value",
         |count, lines| {
             let unit = dimension.units.iter().find(|unit| (unit.1 - 1.0).abs() <= 0.0).map_or("", |unit| unit.0);
-            let what = format!("{} beyond {:e} {unit}", dimension.name, dimension.most);
+            let most = dimension.most;
+            let bound = if most < 1e4 { most.to_string() } else { format!("{most:e}") };
+            let what = format!("{} beyond {bound} {unit}", dimension.name);
             format!("{} {what}, in {name}: {lines}", rows_are(count))
         },
         "leave out the rows of a code for missing values, or correct the unit",
