@@ -254,6 +254,21 @@ pub enum Error {
         /// The run folder.
         folder: PathBuf,
     },
+    /// A signal stopped the runs of a study.
+    #[error("stopped by signal {signal}: {done} of {members} members are done in {}; the same command goes on", .folder.display())]
+    StudyStopped {
+        /// 1 (SIGHUP), 2 (SIGINT) or 15 (SIGTERM).
+        signal: i32,
+        /// Members that are done.
+        done: usize,
+        /// Members of the study.
+        members: usize,
+        /// The folder of the study.
+        folder: PathBuf,
+    },
+    /// Members of a study failed.
+    #[error("{0} of {1} members failed; `floodsim reduce` leaves them out")]
+    Members(usize, usize),
     /// A fault of the program itself.
     #[error("internal fault: {0} (please report it with the scenario)")]
     Internal(String),
@@ -285,11 +300,13 @@ impl Error {
                 }
             }
             Error::Numerical(_) => ExitCode::Numerical,
-            Error::Gate(_) => ExitCode::Gate,
+            Error::Gate(_) | Error::Members(..) => ExitCode::Gate,
             Error::Output { .. } => ExitCode::Output,
-            Error::Stopped { signal: 1, .. } => ExitCode::HungUp,
-            Error::Stopped { signal: 15, .. } => ExitCode::Terminated,
-            Error::Stopped { .. } => ExitCode::Interrupted,
+            Error::Stopped { signal, .. } | Error::StudyStopped { signal, .. } => match signal {
+                1 => ExitCode::HungUp,
+                15 => ExitCode::Terminated,
+                _ => ExitCode::Interrupted,
+            },
             Error::Internal(_) => ExitCode::Internal,
         }
     }

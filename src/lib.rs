@@ -13,6 +13,7 @@ pub mod gate;
 pub mod geodata;
 pub mod laboratory;
 pub mod maps;
+pub mod matrix;
 pub mod output;
 pub mod pipeline;
 pub mod plain_file;

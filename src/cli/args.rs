@@ -75,6 +75,16 @@ pub enum Command {
     },
     /// Show what differs between two runs: keys of the scenario, inputs, flooded area, maps, gauges, cross-sections
     Compare(CompareArguments),
+    /// Run one scenario with many values: write a scenario for each, and run those that are not done
+    Matrix(MatrixArguments),
+    /// Show what the runs of a study say together: probabilities, quantiles, spread, increments, what drives them; written to reduced/ in its folder
+    Reduce {
+        /// The folder of the study, or its file
+        study: PathBuf,
+        /// Print it as JSON
+        #[arg(long)]
+        json: bool,
+    },
     /// Draw map sheets and one page from a run folder, without a new simulation; of a run that was cut off, what it had at its last checkpoint
     Report {
         /// The run folder
@@ -139,6 +149,34 @@ pub struct CompareArguments {
     /// Print the comparison as JSON
     #[arg(long)]
     pub json: bool,
+}
+
+/// A study, and which of its members are run.
+#[derive(Args, Debug)]
+pub struct MatrixArguments {
+    /// The study file, or the folder of a study to go on with
+    pub study: PathBuf,
+    /// Members that run at once [default: the number of cores]
+    #[arg(long, value_name = "N")]
+    pub jobs: Option<NonZero<usize>>,
+    /// Threads of each member [default: the cores over the jobs]; the results are the same for any number
+    #[arg(long, value_name = "N")]
+    pub threads: Option<NonZero<usize>>,
+    /// Run this member alone, from the folder as it stands; may be repeated
+    #[arg(long, value_name = "MEMBER")]
+    pub only: Vec<usize>,
+    /// Write the scenarios and run nothing
+    #[arg(long, conflicts_with_all = ["only", "jobs", "threads", "retry"])]
+    pub write_only: bool,
+    /// Run members again that failed
+    #[arg(long)]
+    pub retry: bool,
+    /// Replace scenarios of an earlier call that differ, and run these members again
+    #[arg(long, conflicts_with = "only")]
+    pub overwrite: bool,
+    /// No progress
+    #[arg(long)]
+    pub quiet: bool,
 }
 
 /// The arguments of a run.

@@ -64,9 +64,9 @@ fn table(volume: f64, height: f64, mode: FailureMode) -> String {
     text
 }
 
-/// The peak discharges, and between which of them 95 % of past failures lay.
+/// The peak discharges with their prediction intervals.
 fn peaks(volume: f64, height: f64) -> String {
-    let mut text = format!("\n{:<38}{:>12}{:>26}\n", "peak discharge", "m3/s", "95 % of past failures");
+    let mut text = format!("\n{:<38}{:>12}{:>26}\n", "peak discharge", "m3/s", "95 % interval");
     for PeakEstimate { name, discharge, of_failures } in peak_estimates(volume, height) {
         let range = of_failures
             .map_or_else(|| "-".to_owned(), |[from, to]| format!("{:.0}-{:.0} m3/s", from * discharge, to * discharge));
@@ -75,10 +75,12 @@ fn peaks(volume: f64, height: f64) -> String {
     text
 }
 
-/// Between which shares of what a formula says 95 % of past failures lay.
+/// The prediction intervals as shares of what a formula says.
 fn spreads(estimates: &[BreachEstimate]) -> String {
     let shares = |shares: Option<[f64; 2]>| shares.map_or_else(|| "-".to_owned(), |[from, to]| format!("{from}-{to}"));
-    let mut text = "\nof past failures 95 % lay between these shares of the formula (Wahl 2004)\n".to_owned();
+    let mut text =
+        "\n95 % prediction interval as shares of the formula (Wahl 2004), from past failures without outliers\n"
+            .to_owned();
     let _ = writeln!(text, "{:<38}{:>12}{:>14}", "", "mean width", "time");
     for estimate in estimates.iter().filter(|estimate| estimate.time_of_failures.is_some()) {
         let (width, time) = (shares(estimate.width_of_failures), shares(estimate.time_of_failures));

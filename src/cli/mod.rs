@@ -18,9 +18,10 @@ use clap::Parser;
 use clap::error::ErrorKind;
 
 use crate::error::{Error, ExitCode, Problem, say, without_controls};
+use crate::matrix::{MatrixOptions, folder_of_study, matrix};
 use crate::pipeline::{Plan, PlanOptions, ResumeOptions, RunOptions};
 use crate::scenario::{self, Scenario};
-use args::{Arguments, Command, CompareArguments, ResumeArguments, RunArguments};
+use args::{Arguments, Command, CompareArguments, MatrixArguments, ResumeArguments, RunArguments};
 
 /// The stages that the command line calls, given by `main` so that this module knows none of them.
 pub struct Stages {
@@ -52,6 +53,8 @@ pub fn main(stages: &Stages) -> ExitCode {
         Some(Command::Resume(resume)) => resume_run(&resume, stages),
         Some(Command::Verify { folder }) => verify_folder(&folder),
         Some(Command::Compare(compare)) => compare_runs(&compare),
+        Some(Command::Matrix(matrix)) => run_matrix(&matrix),
+        Some(Command::Reduce { study, json }) => reduce_study(&study, json),
         Some(Command::Report { folder }) => report_folder(&folder, stages),
         Some(Command::Validate(arguments)) => validate::validate(&arguments),
         Some(Command::Chart(arguments)) => chart::chart(&arguments),
@@ -133,6 +136,31 @@ fn compare_runs(arguments: &CompareArguments) -> Result<(), Error> {
         comparison.write(folder, arguments.overwrite, &command_line())?;
     }
     if arguments.json { print(&comparison.json()) } else { print(&comparison.to_string()) }
+}
+
+/// Writes the scenarios of a study and runs its members; exit code 7 where some fail.
+fn run_matrix(arguments: &MatrixArguments) -> Result<(), Error> {
+    let summary = matrix(
+        &arguments.study,
+        &MatrixOptions {
+            jobs: arguments.jobs.map(std::num::NonZero::get),
+            threads: arguments.threads.map(std::num::NonZero::get),
+            only: arguments.only.clone(),
+            is_written_only: arguments.write_only,
+            retry: arguments.retry,
+            overwrite: arguments.overwrite,
+            quiet: arguments.quiet,
+        },
+    )?;
+    tell(&summary.to_string());
+    if summary.failed.is_empty() { Ok(()) } else { Err(Error::Members(summary.failed.len(), summary.members)) }
+}
+
+/// Shows what the runs of a study say together.
+fn reduce_study(study: &std::path::Path, as_json: bool) -> Result<(), Error> {
+    let reduction = crate::study::reduce(&folder_of_study(study)?, &command_line())?;
+    tell(&if as_json { reduction.json() } else { reduction.to_string() });
+    Ok(())
 }
 
 /// Draws the report of a run folder and lists its files; of a run that was cut off the results so far are written before.

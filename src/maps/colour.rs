@@ -67,6 +67,45 @@ impl Classes {
         Classes::from_bounds("Share of the source", &[0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 0.9], &colours, greatest)
     }
 
+    /// A probability, from 0 to 1.
+    pub fn probability() -> Classes {
+        let entries = [
+            (0.01, [0xfe, 0xeb, 0xe2], "1 – 5 %"),
+            (0.05, [0xfc, 0xc5, 0xc0], "5 – 25 %"),
+            (0.25, [0xfa, 0x9f, 0xb5], "25 – 50 %"),
+            (0.5, [0xf7, 0x68, 0xa1], "50 – 75 %"),
+            (0.75, [0xc5, 0x1b, 0x8a], "75 – 95 %"),
+            (0.95, [0x7a, 0x01, 0x77], "95 % and more"),
+        ];
+        let entries = entries.map(|(bound, colour, label)| (bound, colour, label.to_owned()));
+        Classes { title: "Share of the runs".to_owned(), entries: entries.into() }
+    }
+
+    /// Differences, whose outer classes begin at about `usual` in size; those below a tenth of that are grey.
+    pub fn difference(title: &str, usual: f64) -> Classes {
+        let step = round_step(usual).max(f64::MIN_POSITIVE);
+        let bounds = [-1.0, -0.5, -0.1, 0.1, 0.5, 1.0].map(|share| share * step);
+        let colours = [
+            [0x21, 0x66, 0xac],
+            [0x67, 0xa9, 0xcf],
+            [0xd1, 0xe5, 0xf0],
+            [0xd9, 0xd9, 0xd9],
+            [0xfd, 0xdb, 0xc7],
+            [0xef, 0x8a, 0x62],
+            [0xb2, 0x18, 0x2b],
+        ];
+        let entry = |(class, colour): (usize, Colour)| {
+            let lower = class.checked_sub(1).map(|at| bounds[at]);
+            let label = match (lower, bounds.get(class)) {
+                (None, upper) => format!("under {}", trimmed(upper.copied().unwrap_or(0.0))),
+                (Some(lower), Some(upper)) => format!("{} to {}", trimmed(lower), trimmed(*upper)),
+                (Some(lower), None) => format!("over {}", trimmed(lower)),
+            };
+            (lower.unwrap_or(f64::MIN), colour, label)
+        };
+        Classes { title: title.to_owned(), entries: colours.into_iter().enumerate().map(entry).collect() }
+    }
+
     /// Arrival time (s), classed by `isochrones` (s, ascending), the earliest in the darkest red.
     pub fn arrival(isochrones: &[f64]) -> Classes {
         let stops: [Colour; 6] = [

@@ -58,9 +58,13 @@ pub fn write_checkpoint(folder: &RunFolder, run: &impl Serialize, state: &impl S
 
 /// Whether the run of a folder can go on and has not said how it ended, or has no maps: then what it computed is still to be written.
 pub fn is_cut_off(folder: &Path) -> bool {
-    let is_there = |name: &str| folder.join(name).exists();
     let record = plain_file::read_to_string(folder.join("run.json")).unwrap_or_default();
-    (is_there(NEWEST) || is_there(BEFORE)) && (record.contains(RUNNING) || !is_there("maps.nc"))
+    has_checkpoint(folder) && (record.contains(RUNNING) || !folder.join("maps.nc").exists())
+}
+
+/// Whether the run of a folder has something to go on from.
+pub fn has_checkpoint(folder: &Path) -> bool {
+    [NEWEST, BEFORE].iter().any(|name| folder.join(name).exists())
 }
 
 /// A whole checkpoint of a folder.

@@ -14,7 +14,7 @@ use crate::error::{Error, Problem, ProblemKind};
 use crate::plain_file::entries;
 
 /// Files that a run writes, relative to its folder, and those of a report, which would be out of date beside another run.
-const OWN_FILES: [&str; 32] = [
+const OWN_FILES: [&str; 35] = [
     "run.json",
     "checkpoint.bin",
     "checkpoint.before.bin",
@@ -39,6 +39,9 @@ const OWN_FILES: [&str; 32] = [
     "differences.nc",
     "differences.json",
     "tables/differences.csv",
+    "statistics.nc",
+    "tables/quantiles.csv",
+    "tables/ranking.csv",
     "report/index.html",
     "report/max_depth.svg",
     "report/arrival.svg",
@@ -53,7 +56,7 @@ const OWN_FILES: [&str; 32] = [
 const TEMPORARY: &str = ".unfinished.";
 
 /// Beginnings of the names of the maps in `cog/`.
-const OWN_MAPS: [&str; 12] = [
+const OWN_MAPS: [&str; 13] = [
     "bed_elevation",
     "resolution",
     "max_depth",
@@ -65,6 +68,7 @@ const OWN_MAPS: [&str; 12] = [
     "deflood_time",
     "flood_extent",
     "hazard_class",
+    "probability",
     "ground_source",
 ];
 

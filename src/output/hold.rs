@@ -74,7 +74,7 @@ fn no_link() -> fs::OpenOptions {
 }
 
 /// Whether a run that is under way holds the folder.
-pub(super) fn is_held(folder: &Path) -> bool {
+pub fn is_held(folder: &Path) -> bool {
     let file = no_link().open(folder.join(HOLD));
     file.is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
 }

@@ -42,7 +42,7 @@ pub use cell_records::{ChoiceRecord, ErrorRecord, LevelRecord, PartRecord};
 pub use channel_gauges::{ChannelGaugeResult, ChannelGaugeSample};
 pub use channel_profile::{ChannelFrame, ChannelGauge, ChannelProfile, ChannelWater};
 pub use channels::{ChannelPlan, ChannelRecorder, ChannelRecording};
-pub use checkpoint::{Checkpoint, is_cut_off, write_checkpoint};
+pub use checkpoint::{Checkpoint, has_checkpoint, is_cut_off, write_checkpoint};
 pub use closed_edge::{ClosedEdge, ClosedFace};
 pub use file_records::{CheckpointRecord, InputFile, OutputFile, mark_ended};
 pub use folder::RunFolder;
@@ -52,6 +52,7 @@ pub use grid::{FILL, GridMaps, OutputGrid, ThresholdGrids};
 pub use ground_source::{GroundSource, SetBy, SourceClass, SourceGrid};
 pub use growth::Growth;
 pub use hazard::{HAZARD_CLASSES, HazardClass, hazard_class};
+pub use hold::is_held as is_in_use;
 pub use manifest::{
     BanksRecord, BreachRecord, CellsInPartRecord, DischargeRecord, HotStart, MovingBedRecord, ParticleCounts,
     RunManifest, StepLengths, StillWaterRecord, WarningRecord, WorstDischarge,
@@ -65,9 +66,9 @@ pub use verify::{Verified, output_files, verify};
 pub use volume_records::{HeldBack, PassageRecord, VolumeBooks};
 pub use write::{
     ChannelsWriter, FieldsWriter, FileHead, Findings, LevelArea, MapClass, MapKind, MapVariable, Provenance,
-    map_variables, write_channels, write_cogs, write_difference_table, write_differences, write_gauges,
-    write_geopackage, write_level_layer, write_maps, write_mass_balance, write_passages, write_section_file,
-    write_section_tables, write_sections, write_tracers,
+    hazard_classes, map_variables, write_channels, write_cogs, write_difference_table, write_differences, write_gauges,
+    write_geopackage, write_level_layer, write_maps, write_mass_balance, write_passages, write_quantile_table,
+    write_section_file, write_section_tables, write_sections, write_statistics, write_tracers,
 };
 
 /// Depth (m) below which a film counts as dry ground in the maps: it has no velocity and no hazard class.

@@ -64,6 +64,7 @@ use room::Room;
 use second_run::SecondRun;
 use seeding::seeding_warnings;
 use signals::Signals;
+pub(crate) use signals::is_stopped_by_hang_up;
 pub(crate) use stages::flow_problem;
 use stages::recorder_plan;
 pub use summary::RunSummary;

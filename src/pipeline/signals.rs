@@ -66,7 +66,7 @@ fn leave_at(signal: i32) -> ! {
 
 /// Whether SIGHUP is not ignored, as `nohup` has it: that run is to outlive its terminal, and to watch the signal would end it. Where
 /// the system does not tell, the signal is left as it is.
-fn is_stopped_by_hang_up() -> bool {
+pub(crate) fn is_stopped_by_hang_up() -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
     ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).is_some_and(|mask| mask >> (SIGHUP - 1) & 1 == 0)

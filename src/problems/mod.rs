@@ -11,6 +11,7 @@ mod inflow;
 mod limits;
 mod outputs;
 mod scenario_file;
+mod studies;
 mod tables;
 mod terrain;
 mod water;
@@ -67,7 +68,7 @@ pub struct Group {
 }
 
 /// The groups, in the order of a scenario.
-pub const GROUPS: [Group; 11] = [
+pub const GROUPS: [Group; 12] = [
     scenario_file::GROUP,
     files::GROUP,
     tables::GROUP,
@@ -79,6 +80,7 @@ pub const GROUPS: [Group; 11] = [
     outputs::GROUP,
     earlier_run::GROUP,
     limits::GROUP,
+    studies::GROUP,
 ];
 
 const fn error(code: &'static str, meaning: &'static str, remedy: &'static str) -> KnownProblem {

@@ -3,6 +3,7 @@
 //! Reads `maps.nc`, `fields.nc`, `run.json` and `tables/`; writes `report/*.svg` and `report/index.html`, which holds all of
 //! them and needs no other file. What a folder lacks is left out of the page, save `maps.nc`, without which there is none.
 
+pub(crate) mod html;
 mod page;
 
 #[cfg(test)]
@@ -199,7 +200,7 @@ fn greatest(values: &[f64]) -> f64 {
 }
 
 /// Round times (s) that part the arrivals up to `last` (s) into about ten classes.
-fn isochrones(last: f64) -> Vec<f64> {
+pub(crate) fn isochrones(last: f64) -> Vec<f64> {
     let steps =
         [1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0, 300.0, 600.0, 900.0, 1800.0, 3600.0, 7200.0, 21600.0, 86400.0];
     let step = steps.into_iter().find(|step| last <= 11.0 * step).unwrap_or(last / 10.0);

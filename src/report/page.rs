@@ -1,30 +1,17 @@
 //! The page of a report: one HTML file with the summary, the volume ledger, the gauges and all figures inside.
 
-use std::fmt::Write;
-
 use serde::Deserialize;
 use serde_json::Value;
 
 use super::Figure;
+use super::html::{self, END, begin, figure as figure_of, records, table};
 use crate::gate::Gate;
-use crate::maps::{clock, escape};
+use crate::maps::clock;
 use crate::results::{Results, left_out};
-
-const STYLE: &str = "body{font:15px/1.45 'DejaVu Sans','Liberation Sans',Arial,sans-serif;color:#222;max-width:1240px;margin:2em auto;padding:0 1em}\
-h1{font-size:1.6em}h2{font-size:1.2em;margin-top:2em;border-bottom:1px solid #ccc}\
-table{border-collapse:collapse;margin:.6em 0}td,th{padding:.25em .8em;border-bottom:1px solid #ddd;text-align:left;vertical-align:top}\
-th{background:#f3f3f1;font-weight:600}td.n{text-align:right;font-variant-numeric:tabular-nums}\
-figure{margin:1em 0}svg{max-width:100%;height:auto}.scroll{overflow-x:auto}\
-.status{padding:.5em .8em;background:#eef3ea;border-left:4px solid #5a8f3c}.status.bad{background:#f8ebe8;border-color:#b4432e}\
-@media print{figure{break-inside:avoid}}";
 
 /// The page as text.
 pub(super) fn page(run: &Results, figures: &[Figure]) -> String {
-    let title = escape(&run.title);
-    let mut html = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{title}</title>\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><style>{STYLE}</style></head><body>\n<h1>{title}</h1>\n"
-    );
+    let mut html = begin(&run.title);
     status(&mut html, run);
     table(&mut html, "The run", &summary_rows(run));
     table(&mut html, "The cells of the run", &cell_rows(&run.summary));
@@ -35,7 +22,7 @@ pub(super) fn page(run: &Results, figures: &[Figure]) -> String {
     records(&mut html, "Inflow and outflow", &run.boundaries.0, &boundaries);
     table(&mut html, "Warnings under which it ran", &warning_rows(&run.summary));
     for figure in figures {
-        let _ = write!(html, "<h2>{}</h2>\n<figure>{}</figure>\n", figure.caption, figure.svg);
+        figure_of(&mut html, &figure.caption, &figure.svg);
     }
     let gauges: Vec<&[String]> = run.gauges.iter().map(|gauge| &gauge.cells[..]).collect();
     records(&mut html, "Gauges", &run.gauge_columns, &gauges);
@@ -43,40 +30,23 @@ pub(super) fn page(run: &Results, figures: &[Figure]) -> String {
     records(&mut html, "Cross-sections", &run.sections.0, &sections);
     table(&mut html, "Methods", &pairs(&run.summary["methods"]));
     table(&mut html, "Inputs (SHA-256)", &input_rows(&run.summary["inputs"]));
-    html.push_str("</body></html>\n");
+    html.push_str(END);
     html
 }
 
 /// Whether the run can be relied on, before anything else.
 fn status(html: &mut String, run: &Results) {
     let gates = run.summary["gates"].as_array().map(Vec::as_slice).unwrap_or_default();
-    let (class, text) = match run.doubt() {
-        None => ("status", "done".to_string()),
-        Some(doubt) => ("status bad", doubt),
-    };
-    let _ = write!(html, "<p class=\"{class}\"><b>{}</b>", escape(&text));
-    for gate in gates {
-        let _ = write!(html, "<br>{}", escape(&gate_in_words(gate)));
-    }
-    html.push_str("</p>\n");
+    let doubt = run.doubt();
+    let first = doubt.clone().unwrap_or_else(|| "done".to_owned());
+    let lines: Vec<String> = std::iter::once(first).chain(gates.iter().map(gate_in_words)).collect();
+    html::status(html, doubt.is_none(), &lines);
 }
 
 /// A quality gate of `run.json` in a line; those before version 0.2 are lines.
 fn gate_in_words(gate: &Value) -> String {
     let line = gate.as_str().map(str::to_owned);
     line.or_else(|| Some(Gate::deserialize(gate).ok()?.to_string())).unwrap_or_else(|| gate.to_string())
-}
-
-/// A table of names and values; nothing where there are none.
-fn table(html: &mut String, heading: &str, rows: &[(String, String)]) {
-    if rows.is_empty() {
-        return;
-    }
-    let _ = writeln!(html, "<h2>{heading}</h2>\n<table>");
-    for (name, value) in rows {
-        let _ = writeln!(html, "<tr><th>{}</th><td>{}</td></tr>", escape(name), escape(value));
-    }
-    html.push_str("</table>\n");
 }
 
 fn summary_rows(run: &Results) -> Vec<(String, String)> {
@@ -214,30 +184,4 @@ fn input_rows(inputs: &Value) -> Vec<(String, String)> {
     let rows = inputs.as_array().map(Vec::as_slice).unwrap_or_default().iter();
     rows.filter_map(|input| Some((input["path"].as_str()?.to_string(), input["sha256"].as_str()?.to_string())))
         .collect()
-}
-
-/// A table of a run folder as it is; numbers to the right, arrival also in minutes. Nothing where it has no rows.
-fn records(html: &mut String, title: &str, columns: &[String], rows: &[&[String]]) {
-    if rows.is_empty() {
-        return;
-    }
-    let _ = write!(html, "<h2>{title}</h2>\n<div class=\"scroll\"><table><tr>");
-    for column in columns {
-        let _ = write!(html, "<th>{}</th>", escape(column));
-    }
-    html.push_str("</tr>\n");
-    for row in rows {
-        html.push_str("<tr>");
-        for (column, cell) in columns.iter().zip(*row) {
-            let number = cell.parse::<f64>().ok();
-            let class = if number.is_some() { " class=\"n\"" } else { "" };
-            let minutes = match number {
-                Some(seconds) if column == "arrival_s" && seconds >= 60.0 => format!(" ({})", clock(seconds)),
-                _ => String::new(),
-            };
-            let _ = write!(html, "<td{class}>{}{minutes}</td>", escape(cell));
-        }
-        html.push_str("</tr>\n");
-    }
-    html.push_str("</table></div>\n");
 }

@@ -19,7 +19,10 @@ fn documents() -> Vec<PathBuf> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let of_guide = std::fs::read_dir(root.join("docs/guide")).unwrap().map(|entry| entry.unwrap().path());
     let others = ["README.md", "docs/tutorial.md", "docs/scenario-rules.md"].map(|name| root.join(name));
-    of_guide.filter(|path| path.extension().is_some_and(|end| end == "md")).chain(others).collect()
+    // Studies are read by `matrix`.
+    let has_scenarios =
+        |path: &PathBuf| path.extension().is_some_and(|end| end == "md") && !path.ends_with("studies.md");
+    of_guide.filter(has_scenarios).chain(others).collect()
 }
 
 /// The snippets of a document.

@@ -145,6 +145,10 @@ kinds! {
     Coordinate: NUMBER, "712345.0", "between -1e8 and 1e8", |value| value.abs() <= 1e8;
     /// Manning roughness (s·m^(−1/3)).
     Manning: NUMBER, "0.033", "between 0 and 0.5, in s/m^(1/3)", |value| (0.0..=0.5).contains(&value);
+    /// A factor of Manning roughnesses.
+    RoughnessFactor: NUMBER, "1.2", "between 0.1 and 10", |value| (0.1..=10.0).contains(&value);
+    /// A factor of what a formula gives.
+    SpreadFactor: NUMBER, "1.2", "between 0.01 and 100", |value| (0.01..=100.0).contains(&value);
     /// Courant number.
     Courant: NUMBER, "0.5", "between 0.01 and 1", |value| (0.01..=1.0).contains(&value);
     /// Gravity (m/s²).
@@ -157,6 +161,10 @@ kinds! {
     EntryNumber: NUMBER, "1", "a whole number of 1 or more", |value| value >= 1.0 && value.fract() <= 0.0;
     /// A number of cells.
     CellCount: NUMBER, "50", "1 or more", |value| value >= 1.0;
+    /// How many samples are drawn.
+    SampleCount: NUMBER, "100", "a whole number from 1 to 10000", |value| (1.0..=1e4).contains(&value) && value.fract() <= 0.0;
+    /// From which number samples are drawn.
+    Seed: NUMBER, "1", "a whole number from 0 to 4294967295", |value| (0.0..=4_294_967_295.0).contains(&value) && value.fract() <= 0.0;
     /// A number of particles.
     Count: NUMBER, "50000000", "1 or more", |value| value >= 1.0;
 }

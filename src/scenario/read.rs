@@ -273,7 +273,7 @@ macro_rules! section {
         }
     };
 }
-pub(super) use section;
+pub(crate) use section;
 
 #[cfg(test)]
 mod tests {

@@ -212,6 +212,20 @@ pub fn apply_override(root: &mut Node, text: &str) -> Result<(), String> {
     Ok(())
 }
 
+/// The value at a key path, if the tree has it.
+pub fn find<'a>(root: &'a Node, path: &str) -> Option<&'a Node> {
+    let mut node = root;
+    for step in path.trim().split('.') {
+        let (name, indices) = split_step(step)?;
+        node = node.get(name)?;
+        for index in indices {
+            let Value::List(items) = &node.value else { return None };
+            node = items.get(index)?;
+        }
+    }
+    Some(node)
+}
+
 /// Splits `layers[0][1]` into the name and its indices.
 fn split_step(step: &str) -> Option<(&str, Vec<usize>)> {
     let (name, brackets) = step.split_at(step.find('[').unwrap_or(step.len()));

@@ -95,7 +95,7 @@ const COMPARED: [(&str, &str, &str); 5] = [
 ];
 
 /// A grid with the cells of the finer one that holds both; none where they are of different places.
-fn common(first: &MapGrid, second: &MapGrid) -> Option<MapGrid> {
+pub(super) fn common(first: &MapGrid, second: &MapGrid) -> Option<MapGrid> {
     let fine = if second.cell < first.cell { second } else { first };
     let east = |grid: &MapGrid| grid.west + grid.columns as f64 * grid.cell;
     let south = |grid: &MapGrid| grid.north - grid.rows as f64 * grid.cell;

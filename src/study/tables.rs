@@ -27,9 +27,9 @@ impl PlaceValue {
 }
 
 /// Columns of `tables/gauges.csv` that are compared.
-const OF_GAUGES: [&str; 4] = ["arrival_s", "max_depth_m", "max_level_m", "max_speed_m_s"];
+pub(super) const OF_GAUGES: [&str; 4] = ["arrival_s", "max_depth_m", "max_level_m", "max_speed_m_s"];
 /// Columns of `tables/sections.csv` that are compared.
-const OF_SECTIONS: [&str; 4] = ["arrival_s", "peak_discharge_m3_s", "time_of_peak_s", "volume_m3"];
+pub(super) const OF_SECTIONS: [&str; 4] = ["arrival_s", "peak_discharge_m3_s", "time_of_peak_s", "volume_m3"];
 
 /// The values of all gauges and cross-sections that both runs have.
 pub(super) fn values(runs: [&Results; 2]) -> Vec<PlaceValue> {

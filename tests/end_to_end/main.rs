@@ -31,6 +31,7 @@ mod plan;
 mod rain;
 mod resume;
 mod smallest_inputs;
+mod studies;
 mod terrain;
 mod tracers;
 mod walls;

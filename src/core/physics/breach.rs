@@ -20,7 +20,8 @@
 //! Pierce2010      Q = 0.038 V_w^0.475 h^1.09
 //! ```
 //!
-//! How far past failures lay from a formula is that of `Wahl2004`: some 95 % of what was observed is between two shares of what the formula says.
+//! How far failures lie from a formula is that of `Wahl2004`: two standard deviations of the logarithm of what the formula says over what was
+//! observed, about its mean, from past failures without outliers. Some 95 % lie between two shares of what the formula says.
 
 /// How the dam fails.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,7 +45,7 @@ pub struct BreachEstimate {
     pub time: [f64; 2],
     /// Volume eroded from the dam (m³), where the formula gives one.
     pub eroded: Option<f64>,
-    /// The shares of the mean width between which 95 % of past failures lay, where they are known.
+    /// The 95 % prediction interval of the mean width as shares of it, where it is known.
     pub width_of_failures: Option<[f64; 2]>,
     /// The same of the time.
     pub time_of_failures: Option<[f64; 2]>,
@@ -57,7 +58,7 @@ pub struct PeakEstimate {
     pub name: &'static str,
     /// The peak discharge (m³/s).
     pub discharge: f64,
-    /// The shares of it between which 95 % of past failures lay, where they are known.
+    /// Its 95 % prediction interval as shares of it, where that is known.
     pub of_failures: Option<[f64; 2]>,
 }
 

@@ -49,6 +49,19 @@ pub fn write_differences(
     write_variables((folder, "differences.nc"), grid, head, differences, |_| Ok(()))
 }
 
+/// Writes `statistics.nc`, the maps of many runs.
+///
+/// # Errors
+/// When it cannot be written.
+pub fn write_statistics(
+    folder: &RunFolder,
+    grid: &OutputGrid,
+    head: FileHead<'_>,
+    maps: &[MapVariable<'_>],
+) -> Result<(), Error> {
+    write_variables((folder, "statistics.nc"), grid, head, maps, |_| Ok(()))
+}
+
 /// Writes maps as variables of one file, after what `define` adds to it.
 fn write_variables(
     (folder, name): (&RunFolder, &str),

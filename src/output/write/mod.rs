@@ -25,11 +25,11 @@ pub use cog::write_cogs;
 pub use fields::FieldsWriter;
 pub use geopackage::{Findings, write_geopackage};
 pub use level_layer::{LevelArea, write_level_layer};
-pub use maps::{write_differences, write_maps};
+pub use maps::{write_differences, write_maps, write_statistics};
 pub use sections::{write_section_file, write_section_tables, write_sections};
-pub use tables::{write_difference_table, write_gauges, write_mass_balance, write_passages};
+pub use tables::{write_difference_table, write_gauges, write_mass_balance, write_passages, write_quantile_table};
 pub use tracers::write_tracers;
-pub use variables::{MapClass, MapKind, MapVariable, map_variables};
+pub use variables::{MapClass, MapKind, MapVariable, hazard_classes, map_variables};
 
 use super::OutputCrs;
 use crate::calendar::{UtcTime, cf};

@@ -8,6 +8,8 @@ use crate::math::readable;
 /// Upper limits of the classes of depth (m), of speed (m/s) and of depth times speed (m²/s); below the first nothing is drawn.
 const DEPTHS: [f64; 7] = [0.01, 0.3, 0.5, 1.0, 2.0, 4.0, 8.0];
 const SPEEDS: [f64; 7] = [0.01, 0.5, 1.0, 2.0, 4.0, 6.0, 10.0];
+/// The same of shares of runs.
+const PROBABILITIES: [f64; 7] = [0.001, 0.05, 0.1, 0.25, 0.5, 0.75, 0.95];
 
 /// Light to dark.
 const BLUES: [&str; 8] = ["#ffffff", "#deebf7", "#c6dbef", "#9ecae1", "#6baed6", "#3182bd", "#08519c", "#08306b"];
@@ -32,6 +34,7 @@ pub(super) fn raster_style(map: &MapVariable<'_>) -> String {
     let body = match map.kind {
         MapKind::Class => class_renderer(&map.classes),
         MapKind::Concentration => discrete_renderer(&equal_classes(map, &BLUES, 1.0, map.units, false)),
+        MapKind::Probability => discrete_renderer(&limits(&PROBABILITIES, &BLUES, "")),
         MapKind::Depth => discrete_renderer(&limits(&DEPTHS, &BLUES, map.units)),
         MapKind::Speed => discrete_renderer(&limits(&SPEEDS, &REDS, map.units)),
         MapKind::Time => {

@@ -59,6 +59,32 @@ pub fn write_difference_table<'a>(
     write_lines(folder, "tables/differences.csv", "kind,id,quantity,first,second,difference", rows)
 }
 
+/// A row of `quantiles.csv`: kind, name and quantity, runs and those that were reached, five values, and what drives it.
+pub type QuantileRow<'a> = ([&'a str; 3], [usize; 2], [Option<f64>; 5], Vec<(&'a str, f64)>);
+
+/// Writes `quantiles.csv` into `tables/`, and `ranking.csv` with what drives each of its rows.
+///
+/// # Errors
+/// When one of them cannot be written.
+pub fn write_quantile_table<'a>(
+    folder: &RunFolder,
+    rows: impl Iterator<Item = QuantileRow<'a>> + Clone,
+) -> Result<(), Error> {
+    let quantiles = rows.clone().map(|(names, [runs, reached], values, _)| {
+        let values = row(values.map(|value| number(value, 4)));
+        format!("{},{runs},{reached},{values}", row(names.map(text)))
+    });
+    let header = "kind,id,quantity,runs,reached,least,p05,p50,p95,greatest";
+    write_lines(folder, "tables/quantiles.csv", header, quantiles)?;
+    let ranking = rows.flat_map(|(names, _, _, drivers)| {
+        let line = move |(rank, (variable, correlation)): (usize, (&str, f64))| {
+            format!("{},{},{},{correlation:.4}", row(names.map(text)), rank + 1, text(variable))
+        };
+        drivers.into_iter().enumerate().map(line).collect::<Vec<_>>()
+    });
+    write_lines(folder, "tables/ranking.csv", "kind,id,quantity,rank,variable,correlation", ranking)
+}
+
 /// Writes `mass_balance.csv` into `tables/`.
 ///
 /// # Errors

@@ -18,6 +18,8 @@ pub enum MapKind {
     Concentration,
     /// Time since the start (s).
     Time,
+    /// A share of runs.
+    Probability,
     /// A value of one run less that of another, in the unit of both.
     Difference,
     /// One of a few classes.
@@ -217,7 +219,8 @@ fn map<'a>(
     }
 }
 
-fn hazard_classes() -> Vec<MapClass> {
+/// The hazard classes, dry ground before them.
+pub fn hazard_classes() -> Vec<MapClass> {
     let dry = MapClass { value: 0, name: "dry".into(), label: "dry".into(), colour: None };
     let others = HAZARD_CLASSES.iter().zip(1..).map(|(class, value)| MapClass {
         value,

@@ -108,7 +108,7 @@ pub struct Ground<'a> {
 impl<'a> Ground<'a> {
     /// The ground of the layers alone.
     fn of_layers(scenario: &Scenario, terrain: &'a Terrain, lattice: &Lattice, blocked: &impl LeftOut) -> Ground<'a> {
-        let manning = scenario.roughness.manning.unwrap_or(0.0);
+        let manning = scenario.roughness.elsewhere().unwrap_or(0.0);
         let method = (scenario.numerics.bed, &scenario.numerics.constants.bed);
         let bed = place_bed_with(terrain, lattice, method, blocked, manning);
         let set_by = source::layers(terrain, &bed);

@@ -177,7 +177,7 @@ pub fn on_lattice(
         findings.add_all(file, missing.problem(roughness, &name.to_string(), lattice));
     }
     // What is not known was reported as an error, and stops the run.
-    values.into_iter().map(|n| if n.is_nan() { 0.0 } else { n }).collect()
+    values.into_iter().map(|n| if n.is_nan() { 0.0 } else { roughness.factor * n }).collect()
 }
 
 /// The value of the raster at every cell, NaN for no data; empty without a raster, or without the table of its classes.

@@ -151,6 +151,8 @@ fn a_formula_gives_width_sides_and_time() {
             volume: sourced("breach.method.volume", 50_000.0),
             invert: sourced("breach.method.invert", 2.0),
             position: None,
+            width_factor: 1.0,
+            time_factor: 1.0,
         });
     });
     let breach = prepared.scene().forcing.breach.clone().unwrap();
@@ -159,6 +161,30 @@ fn a_formula_gives_width_sides_and_time() {
     let Opening::Trapezoid { bottom_width, side_slope, invert, .. } = breach.opening else { panic!("no trapezoid") };
     assert!((bottom_width - 3.757).abs() < 2e-3 && (side_slope - 0.7).abs() < 1e-12 && (invert - 2.0).abs() < 1e-12);
     assert!((breach.duration - 564.0).abs() < 0.1, "{}", breach.duration);
+}
+
+#[test]
+fn factors_of_a_study_multiply_the_formula() {
+    let with = |width_factor: f64, time_factor: f64| {
+        let prepared = prepared(|_, breach| {
+            (breach.shape, breach.duration) = (None, None);
+            breach.method = Some(BreachMethod {
+                formula: BreachFormula::Froehlich2008,
+                mode: BreachMode::Piping,
+                volume: sourced("breach.method.volume", 50_000.0),
+                invert: sourced("breach.method.invert", 2.0),
+                position: None,
+                width_factor,
+                time_factor,
+            });
+        });
+        let breach = prepared.scene().forcing.breach.clone().unwrap();
+        let Opening::Trapezoid { bottom_width, .. } = breach.opening else { panic!("no trapezoid") };
+        // The mean width is that at half the height, with sides of 0.7 to 1.
+        (bottom_width + 0.7 * 8.0, breach.duration)
+    };
+    let (one, other) = (with(1.0, 1.0), with(1.5, 0.5));
+    assert!((other.0 / one.0 - 1.5).abs() < 1e-12 && (other.1 / one.1 - 0.5).abs() < 1e-12, "{one:?} {other:?}");
 }
 
 /// A change that makes the breach unfit, with the code and the key of what is reported.
@@ -249,6 +275,8 @@ fn what_stands_in_the_way_of_the_water_is_told() {
             volume: sourced("breach.method.volume", 1.0),
             invert: sourced("breach.method.invert", 2.0),
             position: None,
+            width_factor: 1.0,
+            time_factor: 1.0,
         });
     });
     assert_eq!((volume.severity, volume.key.as_str()), (Severity::Warning, "breach.method.volume"));

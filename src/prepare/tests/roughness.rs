@@ -18,7 +18,7 @@ fn classes(table: Option<&str>, default: Option<f64>) -> Scene {
         scene.write("manning.csv", text);
         sourced("roughness.table", scene.path("manning.csv"))
     });
-    scene.scenario.roughness = Roughness { manning: default, raster, table: file, polygons: None };
+    scene.scenario.roughness = Roughness { manning: default, raster, table: file, ..Roughness::uniform(0.0) };
     scene
 }
 
@@ -47,6 +47,19 @@ fn classes_get_their_roughness_and_polygons_lie_on_top() {
         assert_eq!(n_at(&prepared, x, y), n, "at {x}, {y}");
     }
     assert_eq!(prepared.inputs.len(), 6, "raster, table and polygons have their checksums");
+}
+
+#[test]
+fn a_factor_multiplies_every_roughness() {
+    let mut scene = classes(Some("class,name,n\n1,meadow,0.03\n2,forest,0.1\n"), Some(0.05));
+    scene.polygon_with("areas.geojson", &[(1150.0, 2000.0), (1200.0, 2000.0), (1200.0, 2050.0)], r#"{"n": 0.2}"#);
+    scene.scenario.roughness.polygons = Some(vector("roughness.polygons", scene.path("areas.geojson")));
+    scene.scenario.roughness.factor = 2.0;
+    let prepared = prepare(&scene.scenario);
+    let places = [(1050.0, 2050.0, 0.06), (1150.0, 2100.0, 0.2), (1002.0, 2148.0, 0.1), (1190.0, 2010.0, 0.4)];
+    for (x, y, n) in places {
+        assert_eq!(n_at(&prepared, x, y), n, "at {x}, {y}");
+    }
 }
 
 #[test]
@@ -129,7 +142,7 @@ fn the_cell_that_holds_a_place_counts_where_the_raster_has_another_system() {
     scene.scenario.initial.clear();
     scene.scenario.outputs.gauges = None;
     let raster = Some(sourced("roughness.raster", scene.path("cover.tif")));
-    scene.scenario.roughness = Roughness { manning: None, raster, table: None, polygons: None };
+    scene.scenario.roughness = Roughness { manning: None, raster, ..Roughness::uniform(0.0) };
     let amount = RainAmount::Series {
         file: vector("rain.raster_series", scene.path("list.csv")),
         unit: Some(("mm/s".to_string(), RainUnit::Intensity(1e-3))),

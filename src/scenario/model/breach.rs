@@ -38,6 +38,10 @@ pub struct BreachMethod {
     pub invert: Sourced<f64>,
     /// A place in its middle in the coordinates of the run (m); the middle of the dam when absent.
     pub position: Option<Sourced<[f64; 2]>>,
+    /// By which the mean width of the formula is multiplied.
+    pub width_factor: f64,
+    /// By which its time is multiplied.
+    pub time_factor: f64,
 }
 
 /// A formula that gives both width and time.

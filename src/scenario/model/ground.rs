@@ -56,12 +56,19 @@ pub struct Roughness {
     pub table: Option<Sourced<PathBuf>>,
     /// Areas with an n of their own, on top.
     pub polygons: Option<Sourced<VectorSource>>,
+    /// By which every n is multiplied.
+    pub factor: f64,
 }
 
 impl Roughness {
     /// The same n everywhere.
     pub fn uniform(manning: f64) -> Self {
-        Roughness { manning: Some(manning), raster: None, table: None, polygons: None }
+        Roughness { manning: Some(manning), raster: None, table: None, polygons: None, factor: 1.0 }
+    }
+
+    /// n where no file says it, with the factor.
+    pub fn elsewhere(&self) -> Option<f64> {
+        self.manning.map(|n| self.factor * n)
     }
 
     /// Whether there is no friction anywhere.

@@ -7,7 +7,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use crate::error::{Problem, ProblemKind};
 use crate::scenario::choices::Chosen;
 use crate::scenario::fields::{
-    Coordinate, Duration, Height, Level, Moment, Quantity, SideSlope, Text, VectorFile, Volume,
+    Coordinate, Duration, Height, Level, Moment, Quantity, SideSlope, SpreadFactor, Text, VectorFile, Volume,
 };
 use crate::scenario::model::{
     Breach, BreachFormula, BreachMethod, BreachMode, BreachShape, BreachTrigger, GrowthLaw, Sourced,
@@ -99,6 +99,10 @@ section! {
         /// Place on the dam (two coordinates) in the middle of the breach; the middle of the line when absent. Codes:
         /// position-off-dam, breach-beyond-dam.
         position: Option<Vec<Quantity<Coordinate>>>,
+        /// Factor of the mean width, as studies vary it: the formula is a fit to failures that scatter about it; 1 when absent.
+        width_factor: Option<Quantity<SpreadFactor>>,
+        /// Factor of the formation time; 1 when absent.
+        time_factor: Option<Quantity<SpreadFactor>>,
     }
 }
 
@@ -305,6 +309,8 @@ pub(super) fn resolved(section: BreachSection) -> Option<Breach> {
             volume: method.volume.sourced,
             invert: method.invert.sourced,
             position: method.position.and_then(place),
+            width_factor: method.width_factor.map_or(1.0, |factor| factor.value()),
+            time_factor: method.time_factor.map_or(1.0, |factor| factor.value()),
         }),
     })
 }
@@ -331,6 +337,8 @@ pub(super) fn written(breach: &Breach) -> Section {
             .with("volume", quantity(method.volume.value, "m3"))
             .with("invert", quantity(method.invert.value, "m"))
             .with_some("position", method.position.as_ref().map(|place| point(place.value)))
+            .with("width_factor", method.width_factor)
+            .with("time_factor", method.time_factor)
     });
     let growth = method.is_none().then(|| growth(breach));
     Section::default()

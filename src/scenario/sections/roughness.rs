@@ -1,6 +1,6 @@
 //! `roughness`.
 
-use crate::scenario::fields::{InputFile, Manning, Quantity, VectorFile};
+use crate::scenario::fields::{InputFile, Manning, Quantity, RoughnessFactor, VectorFile};
 use crate::scenario::model::{Roughness, Scenario};
 use crate::scenario::read::{Reader, section};
 use crate::scenario::tree::{Node, Value};
@@ -24,6 +24,8 @@ section! {
         /// later one counts; none when absent. Codes: no-roughness, roughness-range, outside-terrain, empty-polygon,
         /// self-crossing.
         polygons: Option<VectorFile>,
+        /// Factor of every n, also of those of files and channels, as studies vary it; 1 when absent.
+        factor: Option<Quantity<RoughnessFactor>>,
     }
 }
 
@@ -55,6 +57,7 @@ pub(super) fn resolved(section: RoughnessSection) -> Roughness {
         raster: section.raster.map(|file| file.0),
         table: section.table.map(|file| file.0),
         polygons: section.polygons.map(|file| file.0),
+        factor: section.factor.map_or(1.0, |factor| factor.value()),
     }
 }
 
@@ -66,4 +69,5 @@ pub(super) fn written(scenario: &Scenario) -> Section {
         .with_some("table", rough.table.as_ref().map(|path| file(&path.value)))
         .with_some(of_rest, rough.manning)
         .with_some("polygons", rough.polygons.as_ref().map(vector))
+        .with("factor", rough.factor)
 }

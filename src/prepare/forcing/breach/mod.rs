@@ -10,7 +10,7 @@ use crate::bed::BedParticles;
 use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::Crs;
 use crate::math::{Vec2, readable};
-use crate::physics::breach::{FailureMode, breach_estimates};
+use crate::physics::breach::{BreachEstimate, FailureMode, breach_estimates};
 use crate::prepare::findings::Findings;
 use crate::prepare::ground::Ground;
 use crate::prepare::places;
@@ -161,6 +161,8 @@ fn by_formula(written: &Written, crest: f64, gravity: f64) -> Written {
         BreachFormula::Froehlich2008 => froehlich_2008,
         BreachFormula::Froehlich1995 => froehlich_1995,
     };
+    let mean_width = estimate.mean_width.map(|width| method.width_factor * width);
+    let estimate = BreachEstimate { mean_width, ..estimate };
     let by_volume = |value: f64| Sourced { value, ..method.volume.clone() };
     Written {
         shape: Some(BreachShape {
@@ -170,7 +172,7 @@ fn by_formula(written: &Written, crest: f64, gravity: f64) -> Written {
             position: method.position.clone(),
         }),
         law: Law::Sine,
-        duration: Some(by_volume(estimate.time[1])),
+        duration: Some(by_volume(method.time_factor * estimate.time[1])),
         ..written.clone()
     }
 }

@@ -114,7 +114,8 @@ pub fn on_lattice(
 
 /// Manning's n of a channel; refuses one without roughness, and one shorter than some particles of this spacing (m).
 fn roughness(described: &Described, scenario: &Scenario, spacing: f64, findings: &mut Findings) -> Option<f64> {
-    let Some(manning) = described.manning.or(scenario.roughness.manning) else {
+    let factor = scenario.roughness.factor;
+    let Some(manning) = described.manning.map(|n| factor * n).or(scenario.roughness.elsewhere()) else {
         let message = format!("the channel `{}` has no roughness", described.id.value);
         let problem = Problem::error(ProblemKind::Scenario, "no-roughness", "", message);
         findings.add(&described.id, problem.with_remedy("give it the key `manning`"));

@@ -2,10 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
+mod grids;
+mod rows;
+
 use crate::csv::as_meant;
 use crate::error::{Error, Problem, ProblemKind};
 use crate::maps::{MapGrid, Mark, Series, clock};
 use crate::plain_file;
+
+pub(crate) use grids::onto;
+pub(crate) use rows::MapRows;
 
 /// The columns and the rows of a table.
 pub(crate) type Table = (Vec<String>, Vec<Vec<String>>);
@@ -87,10 +93,7 @@ impl Results {
             _ => None,
         };
         let (gauge_columns, gauges) = read_gauges(&folder.join("tables/gauges.csv"));
-        let table = |name: &str| -> Table {
-            let mut rows = read_csv(&folder.join("tables").join(name)).into_iter();
-            (rows.next().unwrap_or_default(), rows.collect())
-        };
+        let table = |name: &str| table_of(folder, name);
         let sections = table("sections.csv");
         Ok(Results {
             title: text("title").unwrap_or_else(|| "Flood".to_string()),
@@ -245,28 +248,6 @@ fn variable(file: &netcdf::File, name: &str, frame: Option<usize>) -> Result<Opt
     Ok(Some(values))
 }
 
-/// Values of one grid on another: those of the cell that holds the middle of each of its cells, NaN where there is none.
-pub(crate) fn onto(grid: &MapGrid, own: &MapGrid, values: Vec<f64>) -> Vec<f64> {
-    if grid == own {
-        return values;
-    }
-    let middle = |index: usize, cell: f64| (index as f64 + 0.5) * cell;
-    let index = |offset: f64, count: usize| {
-        let index = (offset / own.cell).floor();
-        (index >= 0.0 && index < count as f64).then_some(index as usize)
-    };
-    let columns: Vec<Option<usize>> =
-        (0..grid.columns).map(|column| index(grid.west + middle(column, grid.cell) - own.west, own.columns)).collect();
-    let rows = (0..grid.rows).map(|row| index(own.north - grid.north + middle(row, grid.cell), own.rows));
-    let value = |row: Option<usize>, column: Option<usize>| match (row, column) {
-        (Some(row), Some(column)) => values[row * own.columns + column],
-        _ => f64::NAN,
-    };
-    rows.flat_map(|row| columns.iter().map(move |&column| (row, column)))
-        .map(|(row, column)| value(row, column))
-        .collect()
-}
-
 /// The grid from the coordinate variables, which hold the centres of the cells, y descending.
 fn read_grid(maps: &netcdf::File, path: &Path) -> Result<MapGrid, Error> {
     let (x, y) = (variable(maps, "x", None)?.unwrap_or_default(), variable(maps, "y", None)?.unwrap_or_default());
@@ -293,6 +274,12 @@ fn crs_name(maps: &netcdf::File) -> String {
     let attribute = |name: &str| text_of(maps, "crs", name);
     let name_in_wkt = || attribute("crs_wkt")?.split('"').nth(1).map(str::to_string);
     attribute("epsg_code").or_else(name_in_wkt).unwrap_or_else(|| "local metres".to_string())
+}
+
+/// A table of a run folder; empty where it is absent.
+pub(crate) fn table_of(folder: &Path, name: &str) -> Table {
+    let mut rows = read_csv(&folder.join("tables").join(name)).into_iter();
+    (rows.next().unwrap_or_default(), rows.collect())
 }
 
 /// The lines of a table, each split at commas outside quotes; none where the file is absent.
