@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Once;
 
 use gdal::config::{clear_config_option, set_config_option};
+use gdal::raster::GdalDataType;
 use gdal::{Dataset, DatasetOptions, DriverManager, GdalOpenFlags};
 
 use super::unwrapped::{files_of, let_fetch, take_asked};
@@ -89,7 +90,18 @@ pub fn allow_remote(is_allowed: bool) {
 /// # Errors
 /// Those of GDAL.
 pub fn raster(path: &Path, open_options: Option<&[&str]>) -> gdal::errors::Result<Dataset> {
-    open(path, GdalOpenFlags::GDAL_OF_RASTER, &RASTER, open_options)
+    let dataset = open(path, GdalOpenFlags::GDAL_OF_RASTER, &RASTER, open_options)?;
+    if !is_text_of_integers(&dataset) {
+        return Ok(dataset);
+    }
+    let options: Vec<&str> = open_options.unwrap_or_default().iter().copied().chain(["DATATYPE=Float64"]).collect();
+    open(path, GdalOpenFlags::GDAL_OF_RASTER, &RASTER, Some(&options))
+}
+
+/// Whether a dataset is a grid of text whose numbers GDAL takes for 32-bit integers: greater ones come as others, without a word.
+fn is_text_of_integers(dataset: &Dataset) -> bool {
+    let is_integer = || dataset.rasterband(1).is_ok_and(|band| band.band_type() == GdalDataType::Int32);
+    dataset.driver().short_name() == "AAIGrid" && is_integer()
 }
 
 /// Opens a vector file.

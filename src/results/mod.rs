@@ -7,6 +7,7 @@ mod rows;
 
 use crate::csv::as_meant;
 use crate::error::{Error, Problem, ProblemKind};
+use crate::geodata::netcdf_file;
 use crate::maps::{MapGrid, Mark, Series, clock};
 use crate::plain_file;
 
@@ -226,9 +227,12 @@ fn maps_left_out(folder: &Path) -> Error {
     ])
 }
 
-fn open(path: &PathBuf) -> Result<netcdf::File, Error> {
+fn open(path: &Path) -> Result<netcdf::File, Error> {
     plain_file::open(path).map_err(|cause| unreadable(path, cause.to_string()))?;
-    netcdf::open(path).map_err(|cause| unreadable(path, cause.to_string()))
+    if let Some(damaged) = netcdf_file::impossible(path) {
+        return Err(unreadable(path, damaged.cause.unwrap_or(damaged.message)));
+    }
+    netcdf_file::open(path).map_err(|cause| unreadable(path, cause.to_string()))
 }
 
 /// All values of a variable, or those of one frame, with NaN in place of the fill value.

@@ -26,7 +26,8 @@ impl MapRows {
     /// Some rows of a map on another grid: each value is that of the cell that holds the middle of its cell. NaN where it has none; none where
     /// the run has no such map.
     pub fn read(&self, name: &str, grid: &MapGrid, rows: &Range<usize>) -> Result<Option<Vec<f32>>, Error> {
-        let file = open(&self.path)?;
+        // It was found sound when it was found.
+        let file = netcdf::open(&self.path).map_err(|cause| unreadable(&self.path, cause.to_string()))?;
         let Some(variable) = file.variable(name) else { return Ok(None) };
         let (columns, own_rows) = places(grid, &self.grid);
         let own_rows = &own_rows[rows.clone()];

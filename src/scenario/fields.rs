@@ -16,7 +16,7 @@ use crate::calendar::{DateFault, UtcTime};
 use crate::error::{Problem, ProblemKind, plain_name};
 
 pub(super) use files::split_layer;
-pub use files::{InputFile, RasterSeriesFile, VectorFile};
+pub use files::{CsvFile, InputFile, RasterSeriesFile, VectorFile};
 
 /// What a quantity is for: its dimension and the range of its values.
 pub trait Kind {

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 
 use super::choices::Chosen;
-use super::fields::{InputFile, Kind, Quantity, Text};
+use super::fields::{CsvFile, Kind, Quantity, Text};
 use super::model::{AfterEnd, ColumnUnit, TableFile, Timed};
 use super::read::{FromNode, Reader, section};
 use super::tree::{Node, Value};
@@ -18,7 +18,7 @@ section! {
     SeriesSection, example "{series: hydrograph.csv, column: q, unit: m3/s}" {
         /// CSV file whose first line names its columns, one of times from the start of the run and one of values. Codes:
         /// series-starts-late, series-ends-early, series-gap, series-far-beyond, not-rising, negative-value.
-        series: InputFile,
+        series: CsvFile,
         /// Name of the column of values; the second column when absent. Codes: which-column, missing-column, duplicate-column.
         column: Option<Text>,
         /// Unit of the values; that at the end of the column's name, as in `q_m3_s` or `q [m3/s]`, when absent. Codes:
@@ -41,7 +41,7 @@ section! {
     RatingSection, example "{table: rating.csv}" {
         /// CSV file whose first line names its columns, one of levels and one of discharges. Codes: rating-start,
         /// falling-discharge, short-table, not-rising, high-weir, rating-without-discharge.
-        table: InputFile,
+        table: CsvFile,
         /// Name of the column of levels; the first column when absent. Codes: missing-column, duplicate-column, implausible-level.
         level: Option<Text>,
         /// Unit of the levels; that at the end of the column's name when absent. Codes: missing-unit, contradicting-units.
@@ -77,7 +77,7 @@ impl<K: Kind> FromNode for Changing<K> {
         let time = column(section.time, section.time_unit, &units::TIME, reader);
         let values = column(section.column, section.unit, K::DIMENSION, reader);
         let after_end = section.after_end.map(|chosen| chosen.0.value);
-        let table = TableFile { file: section.series.0, columns: [time?, values?], after_end };
+        let table = TableFile { file: section.series.0.0, columns: [time?, values?], after_end };
         Some(Changing { timed: Timed::Series(table), kind })
     }
 }
@@ -111,7 +111,7 @@ impl FromNode for ShareSeries {
             reader.error(after_end, "conflict", "a share ends at 1 and stays there", "take `after_end` out");
             return None;
         }
-        Some(ShareSeries(TableFile { file: section.series.0, columns: [time?, share?], after_end: None }))
+        Some(ShareSeries(TableFile { file: section.series.0.0, columns: [time?, share?], after_end: None }))
     }
 }
 
@@ -161,7 +161,7 @@ impl FromNode for RatingFile {
         let section = RatingSection::from_node(node, reader)?;
         let level = column(section.level, section.level_unit, &units::LENGTH, reader);
         let discharge = column(section.discharge, section.discharge_unit, &units::DISCHARGE, reader);
-        Some(RatingFile(TableFile { file: section.table.0, columns: [level?, discharge?], after_end: None }))
+        Some(RatingFile(TableFile { file: section.table.0.0, columns: [level?, discharge?], after_end: None }))
     }
 }
 

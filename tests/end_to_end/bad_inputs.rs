@@ -319,6 +319,17 @@ fn too_fine_a_resolution_is_refused_before_anything_is_allocated() {
 }
 
 #[test]
+fn whole_numbers_of_a_grid_of_text_are_read_as_they_stand() {
+    let scene = Scene::sound();
+    // As a 32-bit integer it would be 64771072.
+    let value = |column, row| {
+        if (column, row) == (3, 4) { "-30000000000".to_owned() } else { format!("{:.0}", elevation(column, row)) }
+    };
+    scene.terrain(value);
+    scene.assert_refused(4, &["error[undeclared-nodata] terrain.layers[0].raster", "have the value -3e10"]);
+}
+
+#[test]
 fn a_raster_larger_than_the_memory_is_refused_before_it_is_read() {
     // Rain falls on all of it.
     let scene = Scene::with("raster: dem.asc}]}", "raster: dem.vrt}]}\nrain: {rate: 10 mm/h}");

@@ -179,6 +179,8 @@ fn missing_keys_come_with_an_example() {
     let without_water = GOOD.replace("initial:\n  - {reservoir: reservoir.geojson, level: 100 m}\n", "");
     assert_refused(without_water.as_bytes(), &["add `initial: [{reservoir: reservoir.geojson, level: 100 m}]`"]);
     assert_change_refused("{reservoir: reservoir.geojson, level: 100 m}", "{level: 100 m}", &["reservoir, sea, water"]);
+    let rating = "time: {end: 4000 s}\nboundaries: [{side: east, rating: {level: h}}]";
+    assert_change_refused("time: {end: 4000 s}", rating, &["boundaries[0].rating.table", "add `table: values.csv`"]);
     assert_change_refused(
         "raster: dem.tif",
         "points: p.txt",

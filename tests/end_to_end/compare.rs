@@ -94,6 +94,13 @@ fn assert_refused(folder: &Path) {
         assert_eq!(answer.code, code, "{}", answer.stderr);
         assert_says(&answer.stderr, expected);
     };
+    // A classic file whose head counts more than it holds, at which the library would crash.
+    std::fs::create_dir(folder.join("damaged")).unwrap();
+    let record = std::fs::read_to_string(folder.join("low/run.json")).unwrap();
+    std::fs::write(folder.join("damaged/run.json"), record).unwrap();
+    let head = [&b"CDF\x01\0\0\0\0\0\0\0\x0a\x7f\xff\xff\xff"[..], &[0; 40]].concat();
+    std::fs::write(folder.join("damaged/maps.nc"), head).unwrap();
+    refused(&["low", "damaged"], 4, &["error[not-a-run]", "its head counts more than the file has room for"]);
     refused(&["low", "nowhere"], 4, &["error[not-a-run]", "nowhere/maps.nc"]);
     refused(&["low", "high", "--out", "high", "--overwrite"], 8, &["error[input-in-output-folder]", "choose a folder"]);
     refused(&["low", "high", "--out", "apart"], 8, &["error[output-folder-not-empty]"]);

@@ -64,7 +64,7 @@ pub const MAY_IMPORT: &[(&str, &[&str])] = &[
         ],
     ),
     ("maps", &["math"]),
-    ("results", &["csv", "error", "maps", "plain_file"]),
+    ("results", &["csv", "error", "geodata::netcdf_file", "maps", "plain_file"]),
     ("report", &["math", "csv", "error", "gate", "maps", "results"]),
     (
         "study",

@@ -37,6 +37,21 @@ impl JsonSchema for InputFile {
     }
 }
 
+/// A CSV file.
+#[derive(Clone, Debug, JsonSchema)]
+#[schemars(transparent, inline)]
+pub struct CsvFile(pub InputFile);
+
+impl FromNode for CsvFile {
+    fn example() -> String {
+        "values.csv".to_owned()
+    }
+
+    fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
+        InputFile::from_node(node, reader).map(CsvFile)
+    }
+}
+
 /// A vector file, or `file.gpkg:layer` for one of its layers.
 #[derive(Clone, Debug)]
 pub struct VectorFile(pub Sourced<VectorSource>);
