@@ -6,6 +6,7 @@ use super::args::{BreachArguments, ModeArgument};
 use super::print;
 use crate::error::Error;
 use crate::physics::breach::{BreachEstimate, FailureMode, PeakEstimate, breach_estimates, peak_estimates};
+use crate::physics::xu_zhang::{Erodibility, eroded_breach};
 use crate::scenario::GRAVITY;
 
 /// Prints the table.
@@ -53,11 +54,12 @@ fn table(volume: f64, height: f64, mode: FailureMode) -> String {
     line(["range", &cells[0], "", "", &cells[1]]);
     text += &peaks(volume, height);
     text += &spreads(&estimates);
-    let eroded = estimates.iter().find_map(|estimate: &BreachEstimate| estimate.eroded).unwrap_or_default();
+    text += &eroded(volume, height, mode);
+    let mass = estimates.iter().find_map(|estimate: &BreachEstimate| estimate.eroded).unwrap_or_default();
     let _ = write!(
         text,
         "\nSide slopes are horizontal to vertical; the mean width is that at half the height. MacDonald &\n\
-         Langridge-Monopolis erode {eroded:.0} m³ of an earthfill dam, which is a width with its section only. The times\n\
+         Langridge-Monopolis erode {mass:.0} m³ of an earthfill dam, which is a width with its section only. The times\n\
          after Von Thun & Gillette are those of easily erodible and of erosion-resistant dams. All are fits to past failures\n\
          of embankments, none to concrete dams: run the scenario with several.\n"
     );
@@ -89,6 +91,21 @@ fn spreads(estimates: &[BreachEstimate]) -> String {
     text
 }
 
+/// What Xu and Zhang say, by the erodibility of the dam.
+fn eroded(volume: f64, height: f64, mode: FailureMode) -> String {
+    let mut text = format!(
+        "\n{:<38}{:>12}{:>14}{:>12}{:>16}\n",
+        "Xu & Zhang 2009, homogeneous fill", "mean width", "peak m3/s", "side slope", "all erosion"
+    );
+    for (erodibility, name) in Erodibility::ALL {
+        let found = eroded_breach(volume, height, mode, erodibility, GRAVITY);
+        let (width, time) = (format!("{:.1} m", found.mean_width), minutes([found.time; 2]));
+        let name = format!("  {name} erodibility");
+        let _ = writeln!(text, "{name:<38}{width:>12}{:>14.0}{:>12.1}{time:>16}", found.discharge, found.side_slope);
+    }
+    text + "The time is that until all erosion ends, longer than a breach takes to form: no formation time.\n"
+}
+
 /// One time, or a range, in minutes.
 fn minutes([from, to]: [f64; 2]) -> String {
     if to > from { format!("{:.0}-{:.0} min", from / 60.0, to / 60.0) } else { format!("{:.0} min", from / 60.0) }
@@ -107,5 +124,6 @@ mod tests {
         assert!(line("MacDonald").contains(" - ") && line("Von Thun").contains("27-51 min"));
         assert_eq!(words("range")[1..], ["70-118", "m", "27-67", "min"]);
         assert!(text.contains("86208 m³"));
+        assert_eq!(words("  medium erodibility")[2..], ["75.4", "m", "6172", "1.1", "88", "min"]);
     }
 }

@@ -3,6 +3,8 @@
 //! The points are those of an Owen-scrambled Sobol sequence (`Burley2020`) or of a Latin hypercube (`McKay1979`). Samples change slowest: with a
 //! Sobol sequence a study of more samples begins with the members of one of fewer.
 
+use sobol_burley::NUM_DIMENSIONS;
+
 use super::file::{Sampling, Study, Values};
 use crate::study::Amount;
 
@@ -65,7 +67,10 @@ impl Points {
         const HALF_STEP: f64 = 1.0 / (1 << 25) as f64;
         match self.sampling {
             Sampling::Sobol => {
-                let point = |sample| f64::from(sobol_burley::sample(sample, dimension as u32, self.seed)) + HALF_STEP;
+                // The sequence has so many dimensions; those beyond are of another one.
+                let (block, dimension) = (dimension as u32 / NUM_DIMENSIONS, dimension as u32 % NUM_DIMENSIONS);
+                let seed = self.seed.wrapping_add(block);
+                let point = |sample| f64::from(sobol_burley::sample(sample, dimension, seed)) + HALF_STEP;
                 (0..self.samples as u32).map(point).collect()
             }
             Sampling::LatinHypercube => self.latin_hypercube(dimension),

@@ -9,7 +9,7 @@ use crate::scenario::choices::{Choice, Chosen};
 use crate::scenario::fields::{FormatVersion, Length, Quantity, SampleCount, Seed, Text};
 use crate::scenario::read::{FromNode, NonEmpty, Reader, folder_of, section};
 use crate::scenario::tree::{Node, parse};
-use crate::study::Amount;
+use crate::study::{Amount, is_folder_name};
 
 /// Samples where values are drawn and the study does not say how many.
 const SAMPLES: f64 = 32.0;
@@ -180,6 +180,35 @@ impl Study {
     }
 }
 
+/// The path of a place without `..` and links, as far as it is there.
+fn real(path: &Path) -> Option<PathBuf> {
+    let whole = std::path::absolute(path).ok()?;
+    let there = whole.ancestors().find(|ancestor| ancestor.exists())?;
+    let rest = whole.strip_prefix(there).ok()?;
+    let there = there.canonicalize().ok()?;
+    // An empty rest would add a slash.
+    Some(if rest.as_os_str().is_empty() { there } else { there.join(rest) })
+}
+
+/// Whether a key is another one, or stands in its section.
+pub(super) fn is_within(key: &str, section: &str) -> bool {
+    key.strip_prefix(section).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
+}
+
+/// Reports a variable whose key no member could be told by.
+fn check_key(variables: &[Variable], variable: &Variable, node: &Node, reader: &mut Reader) {
+    let key = variable.key.as_str();
+    let overlaps =
+        |other: &&Variable| is_within(key, &other.key) || is_within(&other.key, key) || other.name == variable.name;
+    if key.contains('=') || is_within(key, "outputs.folder") {
+        let remedy = "name a key of the scenario alone; each member has a folder of its own";
+        reader.error(node, "conflict", format!("`{key}` cannot vary"), remedy);
+    } else if let Some(other) = variables.iter().find(overlaps) {
+        let message = format!("`{key}` and `{}` are the same, one holds the other, or both have one name", other.key);
+        reader.error(node, "conflict", message, "vary each key once, and give each its own `name`");
+    }
+}
+
 /// The node of an entry of a list.
 fn entry<'a>(root: &'a Node, list: &str, index: usize) -> Option<&'a Node> {
     match &root.get(list)?.value {
@@ -191,19 +220,31 @@ fn entry<'a>(root: &'a Node, list: &str, index: usize) -> Option<&'a Node> {
 fn resolved(section: StudySection, root: &Node, file: &Path, reader: &mut Reader) -> Option<Study> {
     let mut variables = Vec::new();
     for (index, vary) in section.vary.map(|list| list.0).unwrap_or_default().into_iter().enumerate() {
-        variables.extend(variable(vary, entry(root, "vary", index).unwrap_or(root), reader));
+        let node = entry(root, "vary", index).unwrap_or(root);
+        if let Some(variable) = variable(vary, node, reader) {
+            check_key(&variables, &variable, node, reader);
+            variables.push(variable);
+        }
     }
     let mut variants: Vec<Variant> = Vec::new();
     for (index, VariantSection { name, set }) in
         section.variants.map(|list| list.0).unwrap_or_default().into_iter().enumerate()
     {
         let (node, name) = (entry(root, "variants", index).unwrap_or(root), name.0.value);
-        let is_plain = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
-        if !is_plain || variants.iter().any(|other| other.name == name) {
+        if !is_folder_name(&name) || name.contains("_less_") || variants.iter().any(|other| other.name == name) {
             let remedy = "give each variant its own name of letters, digits, `_` and `-`";
             reader.error(node, "variant-name", format!("`{name}` is no name of a variant"), remedy);
         }
-        variants.push(Variant { name, set: set.unwrap_or_default().into_iter().map(|text| text.0.value).collect() });
+        let set: Vec<String> = set.unwrap_or_default().into_iter().map(|text| text.0.value).collect();
+        let sets = |variable: &&Variable| {
+            let keys = set.iter().filter_map(|text| Some(text.split_once('=')?.0.trim()));
+            keys.into_iter().any(|own| own != variable.key && is_within(own, &variable.key))
+        };
+        if let Some(variable) = variables.iter().find(sets) {
+            let message = format!("the variant sets a part of `{}`, which varies as a whole", variable.key);
+            reader.error(node, "conflict", message, "vary the part, or set the whole");
+        }
+        variants.push(Variant { name, set });
     }
     if variables.is_empty() && variants.len() < 2 && !reader.has_errors() {
         let remedy = "add for example `vary: [{key: roughness.manning, values: [0.03, 0.04, 0.05]}]`";
@@ -218,7 +259,8 @@ fn resolved(section: StudySection, root: &Node, file: &Path, reader: &mut Reader
     let stem = file.file_stem().unwrap_or_default();
     let folder =
         section.folder.map_or_else(|| Path::new("studies").join(stem), |text| folder_of(file).join(text.0.value));
-    let absolute = |path: PathBuf| std::path::absolute(&path).unwrap_or(path);
+    // One path for one place, from wherever the study is called.
+    let absolute = |path: PathBuf| real(&path).unwrap_or(path);
     Some(Study {
         title: section.title.map_or_else(|| stem.to_string_lossy().into_owned(), |text| text.0.value),
         base: absolute(folder_of(file).join(section.base.0.value)),
@@ -228,8 +270,16 @@ fn resolved(section: StudySection, root: &Node, file: &Path, reader: &mut Reader
         sampling: section.sampling.map_or(Sampling::Sobol, |chosen| chosen.0.value),
         seed: section.seed.map_or(0, |seed| seed.value() as u32),
         variants,
-        depths: section.depths.map_or(DEPTHS.to_vec(), |list| list.0.iter().map(Quantity::value).collect()),
+        depths: section.depths.map_or(DEPTHS.to_vec(), |list| apart(list.0.iter().map(Quantity::value).collect())),
     })
+}
+
+/// Depths (m) in ascending order that differ by a tenth of a millimetre at least, as the names of their maps do.
+fn apart(mut depths: Vec<f64>) -> Vec<f64> {
+    const LEAST: f64 = 1e-4;
+    depths.sort_by(f64::total_cmp);
+    depths.dedup_by(|one, other| *one - *other < LEAST);
+    depths
 }
 
 /// What varies, of an entry; a problem where it cannot be understood.

@@ -16,7 +16,7 @@ use crate::csv::inert;
 use crate::error::{Error, Problem, ProblemKind};
 use crate::output::RunFolder;
 use crate::plain_file::{entries, read_to_string};
-use crate::study::{StudyRecord, scenario_of};
+use crate::study::{StudyRecord, linked, scenario_of};
 
 /// Makes the folder of a study, or brings that of an earlier call up to date, and holds it.
 ///
@@ -35,19 +35,29 @@ pub(super) fn lay_out(
             let remedy = "choose another `folder` in the study file, which may not hold anything but a study";
             return Err(Error::Problems(vec![problem.with_remedy(remedy)]));
         }
-    } else if let Some(member) = changed(path, members).filter(|_| !overwrite) {
+    } else if let Some(member) = StudyRecord::open(path).map(|_| changed(path, members))?.filter(|_| !overwrite) {
         let message = format!("the study in {} has other members than its file says now", path.display());
         let problem = Problem::error(ProblemKind::Output, "study-changed", "folder", message);
-        let cause = format!("member {member} differs: the study file, the base scenario or the program has changed");
+        let cause = format!(
+            "member {member} differs: the study file, the base scenario, their folder or the program has changed"
+        );
         let remedy = "choose another `folder`, or add --overwrite to run the members again that differ";
         return Err(Error::Problems(vec![problem.with_cause(cause).with_remedy(remedy)]));
+    }
+    if let Some(problem) = linked(path) {
+        return Err(Error::Problems(vec![problem]));
     }
     let failed = |cause: std::io::Error| Error::Output { path: path.to_owned(), cause: cause.to_string() };
     std::fs::create_dir_all(file("logs")).map_err(failed)?;
     let folder = RunFolder::reopen(path)?;
+    // First of all: what follows may be cut off, and goes on in a folder that has it.
+    let text = serde_json::to_string_pretty(record).map_err(|cause| Error::Internal(cause.to_string()))?;
+    folder.write(StudyRecord::FILE, (text + "\n").as_bytes())?;
     for member in members {
         let name = format!("scenarios/{:04}.yaml", member.record.number);
         if read_to_string(folder.file(&name)).ok().as_ref() != Some(&member.scenario) {
+            // Snakemake's mark of the member before.
+            let _ = std::fs::remove_file(folder.file(&format!("finished/{}", member.record.number)));
             folder.write(&name, member.scenario.as_bytes())?;
         }
     }
@@ -58,8 +68,6 @@ pub(super) fn lay_out(
     folder.write("commands.txt", commands(record).as_bytes())?;
     folder.write("slurm.sh", slurm(record).as_bytes())?;
     folder.write("Snakefile", snakefile(record).as_bytes())?;
-    let text = serde_json::to_string_pretty(record).map_err(|cause| Error::Internal(cause.to_string()))?;
-    folder.write(StudyRecord::FILE, (text + "\n").as_bytes())?;
     Ok(folder)
 }
 
@@ -120,7 +128,7 @@ fn slurm(record: &StudyRecord) -> String {
 
 fn snakefile(record: &StudyRecord) -> String {
     format!(
-        "# The members of the study as jobs of Snakemake: `snakemake --cores all` in the folder of the study.\n\
+        "# The members of the study as jobs of Snakemake: `snakemake --cores all --keep-going` in the folder of the study.\n\
          # What a job leaves in runs/ is no output of Snakemake's, which would delete it where a job is cut off.\n\
          MEMBERS = range(1, {} + 1)\n\n\
          rule reduce:\n\

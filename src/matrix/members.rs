@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::design;
-use super::file::{Study, Values, Variable, Variant};
+use super::file::{Study, Values, Variable, Variant, is_within};
 use crate::error::{Error, Problem, ProblemKind, Severity};
 use crate::scenario;
 use crate::scenario::tree::{Node, Value, find, parse};
@@ -101,9 +101,8 @@ impl Base {
 
 /// Whether a variant sets a key, or a section that it stands in.
 fn decides(variant: &Variant, key: &str) -> bool {
-    let keys = variant.set.iter().filter_map(|text| Some(text.split_once('=')?.0.trim()));
-    keys.into_iter()
-        .any(|own| key.strip_prefix(own).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '['])))
+    let mut keys = variant.set.iter().filter_map(|text| Some(text.split_once('=')?.0.trim()));
+    keys.any(|own| is_within(key, own))
 }
 
 /// Problems of members, each with the first member that has it and how many do.
@@ -112,7 +111,9 @@ struct Found(BTreeMap<String, (Problem, String, usize)>);
 
 impl Found {
     fn add(&mut self, problem: Problem, whose: &str) {
-        let name = format!("{} {} {}", problem.code, problem.key, problem.remedy.as_deref().unwrap_or_default());
+        // Messages have the value, which is another one in each member.
+        let what = if problem.key.is_empty() { &problem.message } else { &problem.key };
+        let name = format!("{} {what} {}", problem.code, problem.remedy.as_deref().unwrap_or_default());
         self.0.entry(name).or_insert((problem, whose.to_owned(), 0)).2 += 1;
     }
 

@@ -12,12 +12,14 @@ mod spread;
 mod tests;
 mod work;
 
+use std::collections::BTreeSet;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::thread::available_parallelism;
 
-use crate::error::Error;
-use crate::study::{State, StudyRecord, state};
+use crate::error::{Error, Problem, ProblemKind};
+use crate::study::{State, StudyRecord, program_of, state};
+use crate::version;
 use file::Study;
 use work::{Ended, Work};
 
@@ -91,18 +93,38 @@ pub fn matrix(path: &Path, options: &MatrixOptions) -> Result<MatrixSummary, Err
     if let Some(other) = options.only.iter().find(|member| !(1..=members).contains(*member)) {
         return Err(Error::Usage(format!("--only {other}: the study has the members 1 to {members}")));
     }
+    // Of a few members that are asked for, these alone count.
     let all: Vec<usize> = if options.only.is_empty() { (1..=members).collect() } else { options.only.clone() };
+    let all: Vec<usize> = all.into_iter().collect::<BTreeSet<usize>>().into_iter().collect();
+    let members = all.len();
     let is_done = |member: &usize| state(&folder, *member) == State::Done;
     let (finished, rest): (Vec<usize>, Vec<usize>) = all.into_iter().partition(is_done);
+    let other = |member: &&usize| program_of(&folder, **member) != version::with_commit();
+    let again: Vec<usize> = finished.iter().filter(other).copied().collect();
+    if let Some(member) = again.first().filter(|_| !options.overwrite) {
+        return Err(run_by_another(&folder, *member));
+    }
+    let (finished, rest) = (finished.len() - again.len(), [&again[..], &rest[..]].concat());
     if options.is_written_only {
-        return Ok(MatrixSummary { folder, members, done: finished.len(), failed: Vec::new() });
+        return Ok(MatrixSummary { folder, members, done: finished, failed: Vec::new() });
     }
     let cores = available_parallelism().map_or(1, std::num::NonZero::get);
     let jobs = options.jobs.unwrap_or(cores).min(rest.len().max(1));
     let threads = options.threads.unwrap_or((cores / jobs).max(1));
-    let work = Work { study: &folder, members, jobs, threads, retry: options.retry, quiet: options.quiet };
-    let ended = work.run(rest, finished.len())?;
+    let work =
+        Work { study: &folder, members, jobs, threads, retry: options.retry, again: &again, quiet: options.quiet };
+    let ended = work.run(rest, finished)?;
     let failed = |Ended { member, failure }: &Ended| failure.clone().map(|why| (*member, why));
-    let done = finished.len() + ended.iter().filter(|one| one.failure.is_none()).count();
+    let done = finished + ended.iter().filter(|one| one.failure.is_none()).count();
     Ok(MatrixSummary { members, done, failed: ended.iter().filter_map(failed).collect(), folder })
+}
+
+/// That another program ran a member.
+fn run_by_another(folder: &Path, member: usize) -> Error {
+    let message = format!("members of the study in {} were run by another program", folder.display());
+    let cause =
+        format!("member {member} by floodsim {}, and this is {}", program_of(folder, member), version::with_commit());
+    let problem = Problem::error(ProblemKind::Output, "study-changed", "folder", message).with_cause(cause);
+    let remedy = "go on with that program, choose another `folder`, or add --overwrite to run these members again";
+    Error::Problems(vec![problem.with_remedy(remedy)])
 }

@@ -20,7 +20,7 @@ use signal_hook::iterator::Signals;
 use crate::error::{Error, say};
 use crate::pipeline::is_stopped_by_hang_up;
 use crate::plain_file::read_to_string;
-use crate::study::{State, run_of, scenario_of, state};
+use crate::study::{State, keep_failure, run_of, scenario_of, state};
 
 /// How the members are run.
 pub(super) struct Work<'a> {
@@ -34,9 +34,14 @@ pub(super) struct Work<'a> {
     pub threads: usize,
     /// Whether members that failed run again.
     pub retry: bool,
+    /// Members that run again though they are done.
+    pub again: &'a [usize],
     /// Whether progress stays silent.
     pub quiet: bool,
 }
+
+/// The exit code of a run that can't go on: the program or an input has changed.
+const REFUSED: Option<i32> = Some(4);
 
 /// How a member ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -127,41 +132,49 @@ impl Work<'_> {
     fn one(&self, shared: &Shared, member: usize) -> io::Result<Option<Ended>> {
         /// Between two looks at a member that another process runs.
         const PAUSE: Duration = Duration::from_millis(200);
-        /// The exit code of a run that can't go on: the program or an input has changed.
-        const CANNOT_GO_ON: Option<i32> = Some(4);
         let ended = |failure| Ok(Some(Ended { member, failure }));
-        let mut found = state(self.study, member);
-        while found == State::InUse {
-            if shared.signal.load(Ordering::Relaxed) != 0 {
-                return Ok(None);
+        let mut retry = self.retry;
+        while shared.signal.load(Ordering::Relaxed) == 0 {
+            let way = match state(self.study, member) {
+                State::InUse => {
+                    std::thread::sleep(PAUSE);
+                    continue;
+                }
+                State::Done if !self.again.contains(&member) => return ended(None),
+                State::Failed(why) if !retry => return ended(Some(why)),
+                State::CutOff => Way::GoOn,
+                State::New { replaces: false } => Way::Begin,
+                State::New { .. } | State::Failed(_) | State::Done => Way::Replace,
+            };
+            keep_failure(self.study, member, None)?;
+            let code = match self.process(shared, member, way)? {
+                REFUSED if way == Way::GoOn && retry => self.process(shared, member, Way::Replace)?,
+                code => code,
+            };
+            // What another process runs is waited for.
+            if code == Some(0) || state(self.study, member) != State::InUse {
+                return self.how(shared, member, code);
             }
-            std::thread::sleep(PAUSE);
-            found = state(self.study, member);
+            retry = false;
         }
-        let replaces = match found {
-            State::Done => return ended(None),
-            State::Failed(why) if !self.retry => return ended(Some(why)),
-            State::CutOff => match self.process(shared, member, Way::GoOn)? {
-                CANNOT_GO_ON if self.retry => true,
-                code => return Ok(self.how(shared, member, code)),
-            },
-            State::New { replaces } => replaces,
-            State::Failed(_) | State::InUse => true,
-        };
-        let code = self.process(shared, member, if replaces { Way::Replace } else { Way::Begin })?;
-        Ok(self.how(shared, member, code))
+        Ok(None)
     }
 
     /// How a member ended whose process had this exit code.
-    fn how(&self, shared: &Shared, member: usize, code: Option<i32>) -> Option<Ended> {
+    fn how(&self, shared: &Shared, member: usize, code: Option<i32>) -> io::Result<Option<Ended>> {
         let is_stopped = shared.signal.load(Ordering::Relaxed) != 0;
         let failure = match code {
             Some(0) => None,
-            _ if is_stopped => return None,
+            _ if is_stopped => return Ok(None),
             Some(code) => Some(format!("exit code {code}: {}", self.last_error(member))),
             None => Some("it was killed; `floodsim matrix` goes on with it".to_owned()),
         };
-        Some(Ended { member, failure })
+        // What would end so again; a full disk or a checkpoint that another program wrote need not.
+        let is_lasting = matches!(code, Some(3..=5)) && matches!(state(self.study, member), State::New { .. });
+        if is_lasting {
+            keep_failure(self.study, member, failure.as_deref())?;
+        }
+        Ok(Some(Ended { member, failure }))
     }
 
     /// Runs a process to its end, its output in the log. None where a signal ended it.
@@ -171,7 +184,8 @@ impl Work<'_> {
         let scenario = scenario_of(self.study, member);
         let (verb, what) = if way == Way::GoOn { ("resume", &run) } else { ("run", &scenario) };
         writeln!(log, "floodsim {verb} {} --threads {}", what.display(), self.threads)?;
-        let mut command = Command::new(std::env::current_exe()?);
+        // This program, also where another one has taken its place on the disk since.
+        let mut command = Command::new("/proc/self/exe");
         command.arg(verb).arg(what).args(["--quiet", "--threads", &self.threads.to_string()]);
         if way != Way::GoOn {
             command.arg("--out").arg(&run);
@@ -202,6 +216,9 @@ impl Work<'_> {
     fn last_error(&self, member: usize) -> String {
         let log = read_to_string(self.log(member)).unwrap_or_default();
         let lines: Vec<&str> = log.lines().collect();
+        // Of this process alone.
+        let begin = lines.iter().rposition(|line| line.starts_with("floodsim r")).unwrap_or(0);
+        let lines = &lines[begin..];
         let last = lines.iter().rposition(|line| line.starts_with("error"));
         let words = last.map(|at| match lines.get(at + 1) {
             Some(message) if lines[at].starts_with("error[") => format!("{} {}", lines[at], message.trim()),

@@ -1,6 +1,6 @@
 //! A run folder, read back: maps, frames, tables, summary.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 mod grids;
 mod rows;

@@ -12,7 +12,12 @@ pub struct Amount {
 impl Amount {
     /// Reads `35 min`, `0.03` or `2.5e3 m3/s`; none of a text that is no number with at most one unit.
     pub fn read(text: &str) -> Option<Amount> {
+        /// No number with its unit is longer.
+        const LONGEST: usize = 64;
         let text = text.trim();
+        if text.len() > LONGEST {
+            return None;
+        }
         let ends = (1..=text.len()).rev().filter(|end| text.is_char_boundary(*end));
         let (end, number) = ends.filter_map(|end| Some((end, text[..end].parse::<f64>().ok()?))).next()?;
         let unit = text[end..].trim();

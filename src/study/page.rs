@@ -2,6 +2,7 @@
 
 use super::reduced_maps::ReducedMap;
 use super::reduction::{Group, Sources};
+use super::statistics::Driver;
 use crate::error::Error;
 use crate::maps::{Classes, Mark, Panel, Sheet, clock, map_sheet};
 use crate::output::{FILL, MapKind};
@@ -137,8 +138,7 @@ fn quantiles(page: &mut String, group: &Group) {
                 Some(seconds) if is_time => clock(seconds),
                 Some(value) => format!("{value:.3}"),
             };
-            let drivers: Vec<String> =
-                place.drivers.iter().map(|driver| format!("{} {:+.2}", driver.variable, driver.correlation)).collect();
+            let drivers: Vec<String> = place.drivers.iter().map(Driver::words).collect();
             let mut row =
                 vec![place.id.clone(), place.quantity.clone(), format!("{} of {}", place.reached, place.runs)];
             row.extend(place.values.map(number));

@@ -3,7 +3,8 @@
 //! ```text
 //! x(p) = the least value that a share p of the runs, or more, does not exceed
 //! ρ    = cov(R(x), R(y)) / (σ(R(x)) σ(R(y)))              `Spearman1904`; equal values share the mean of their ranks R
-//! η    = √(Σ n_k (R̄_k − R̄)² / Σ (R − R̄)²)                 of a variable without numbers, by its values k
+//! η²   = Σ n_k (R̄_k − R̄)² / Σ (R − R̄)²                    of a variable without numbers, by its values k
+//! ε    = √(1 − (1 − η²)(n − 1)/(n − K))                    less what K groups of n values have by chance, `Kelley1935`
 //! ```
 //!
 //! A quantile is the value of a run and no mean of two, so that "never" may be among the values, as infinity.
@@ -45,7 +46,8 @@ pub(super) fn rank_correlation(x: &[f64], y: &[f64]) -> Option<f64> {
     (sizes > 0.0).then(|| sum(&x, &y) / sizes)
 }
 
-/// How much of the ranks of `y` its groups have, from 0 to 1; none where there is one group, or `y` does not vary.
+/// How much of the ranks of `y` its groups have beyond chance, from 0 to 1; none where there is one group, groups have less than two values in the
+/// mean, or `y` does not vary.
 pub(super) fn correlation_ratio(groups: &[&str], y: &[f64]) -> Option<f64> {
     let ranks = ranks(y);
     let centre = mean(&ranks);
@@ -58,7 +60,11 @@ pub(super) fn correlation_ratio(groups: &[&str], y: &[f64]) -> Option<f64> {
         own.len() as f64 * (mean(&own) - centre).powi(2)
     };
     let all: f64 = ranks.iter().map(|rank| (rank - centre).powi(2)).sum();
-    (names.len() > 1 && all > 0.0).then(|| (names.iter().map(between).sum::<f64>() / all).sqrt())
+    let (n, groups) = (ranks.len() as f64, names.len() as f64);
+    (names.len() > 1 && 2.0 * groups <= n && all > 0.0).then(|| {
+        let share = names.iter().map(between).sum::<f64>() / all;
+        (1.0 - (1.0 - share) * (n - 1.0) / (n - groups)).max(0.0).sqrt()
+    })
 }
 
 #[cfg(test)]
@@ -86,9 +92,10 @@ mod tests {
         // Ranks 1, 2.5, 2.5, 4, 5: Σ of products 9.5, of squares 10 and 9.5.
         let with_equal = rank_correlation(&x, &[1.0, 2.0, 2.0, 3.0, 4.0]).unwrap();
         assert!((with_equal - 9.5 / (10.0_f64 * 9.5).sqrt()).abs() < 1e-12);
-        // Ranks 1, 2 in one group and 3, 4 in the other: 4 of 5.
+        // Ranks 1, 2 in one group and 3, 4 in the other: 4 of 5, and beyond chance 1 − .2 · 3/2.
         let ratio = correlation_ratio(&["a", "a", "b", "b"], &[1.0, 2.0, 3.0, 4.0]).unwrap();
-        assert!((ratio - 0.8_f64.sqrt()).abs() < 1e-12);
+        assert!((ratio - 0.7_f64.sqrt()).abs() < 1e-12);
+        assert_eq!(correlation_ratio(&["a", "b", "c"], &[1.0, 2.0, 3.0]), None);
         assert_eq!(correlation_ratio(&["a", "a"], &[1.0, 2.0]), None);
     }
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Error, Problem, ProblemKind};
+use crate::error::{Error, Problem, ProblemKind, plain_name};
 use crate::plain_file;
 
 /// What varies, in words.
@@ -50,6 +50,23 @@ pub struct StudyRecord {
     pub members: Vec<MemberRecord>,
 }
 
+/// Whether a text can be the name of a variant, which becomes that of a folder: of letters, digits, `_` and `-`.
+pub fn is_folder_name(text: &str) -> bool {
+    !text.is_empty() && text.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c))
+}
+
+/// A folder of a study that is a link, through which files elsewhere would be written.
+pub fn linked(folder: &Path) -> Option<Problem> {
+    let name = ["scenarios", "runs", "logs", "reduced"].into_iter().find(|name| folder.join(name).is_symlink())?;
+    let message = format!("the folder {} of the study cannot be written", folder.join(name).display());
+    let problem = Problem::error(ProblemKind::Output, "output-folder-unwritable", "folder", message);
+    Some(
+        problem
+            .with_cause("it is a link that leads elsewhere")
+            .with_remedy("choose another `folder`, or remove the link"),
+    )
+}
+
 /// The scenario of a member, in the folder of its study.
 pub fn scenario_of(folder: &Path, member: usize) -> PathBuf {
     folder.join(format!("scenarios/{member:04}.yaml"))
@@ -71,7 +88,13 @@ impl StudyRecord {
     pub fn open(folder: &Path) -> Result<StudyRecord, Error> {
         let read = || -> Result<StudyRecord, String> {
             let text = plain_file::read_to_string(folder.join(StudyRecord::FILE)).map_err(|cause| cause.to_string())?;
-            serde_json::from_str(&text).map_err(|cause| cause.to_string())
+            let record: StudyRecord = serde_json::from_str(&text).map_err(|cause| cause.to_string())?;
+            match record.variants.iter().find(|name| !is_folder_name(name)) {
+                Some(name) if record.variants.len() > 1 || !name.is_empty() => {
+                    Err(format!("`{}` is no name of a variant", plain_name(name)))
+                }
+                _ => Ok(record),
+            }
         };
         read().map_err(|cause| {
             let message = format!("{} is not the folder of a study", folder.display());

@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use super::page;
-use super::record::{StudyRecord, run_of};
+use super::record::{StudyRecord, linked, run_of};
 use super::reduced_maps::{ReducedMap, increment_maps, maps_of};
 use super::reduction::{Group, Reduction, Sources};
 use super::stack::Stack;
@@ -28,6 +28,9 @@ use crate::version;
 /// `no-study`, `no-members` where no member is done, `not-comparable` where they are of different places, and when a file cannot be written.
 pub fn reduce(folder: &Path, command: &str) -> Result<Reduction, Error> {
     let study = StudyRecord::open(folder)?;
+    if let Some(problem) = linked(folder) {
+        return Err(Error::Problems(vec![problem]));
+    }
     let sources = sources(folder, &study)?;
     let of_variant = |variant: &String| -> Vec<usize> {
         let runs = 0..sources.members.len();
@@ -57,7 +60,7 @@ pub fn reduce(folder: &Path, command: &str) -> Result<Reduction, Error> {
 
 /// Opens the members that are done.
 fn sources<'a>(folder: &Path, study: &'a StudyRecord) -> Result<Sources<'a>, Error> {
-    let (mut members, mut maps, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut members, mut left_out) = (Vec::new(), Vec::new());
     let mut doubts = Doubts::default();
     for (index, member) in study.members.iter().enumerate() {
         let state = state(folder, member.number);
@@ -65,9 +68,7 @@ fn sources<'a>(folder: &Path, study: &'a StudyRecord) -> Result<Sources<'a>, Err
             left_out.push((member.number, why.to_owned()));
             continue;
         }
-        let run = run_of(folder, member.number);
-        doubts.add(&run);
-        maps.push(MapRows::find(&run)?);
+        doubts.add(&run_of(folder, member.number));
         members.push(index);
     }
     let Some(first) = members.first() else {
@@ -75,8 +76,10 @@ fn sources<'a>(folder: &Path, study: &'a StudyRecord) -> Result<Sources<'a>, Err
         let problem = Problem::error(ProblemKind::Input, "no-members", "", message);
         return Err(Error::Problems(vec![problem.with_remedy("run them first: `floodsim matrix` with this folder")]));
     };
+    // Says why there are no maps, where the members have none.
     let first = Results::open(&run_of(folder, study.members[*first].number))?;
-    let Some(stack) = Stack::of(maps) else {
+    let maps = members.iter().map(|index| MapRows::find(&run_of(folder, study.members[*index].number)));
+    let Some(stack) = Stack::of(maps.collect::<Result<_, Error>>()?) else {
         let message = format!("the maps of the members in {} are of different places", folder.display());
         let problem = Problem::error(ProblemKind::Input, "not-comparable", "", message);
         return Err(Error::Problems(vec![problem.with_remedy("vary no key that moves the terrain")]));

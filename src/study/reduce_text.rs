@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::reduction::{Group, Reduction};
-use super::statistics::PlaceStatistic;
+use super::statistics::{Driver, PlaceStatistic};
 
 /// So many members that are left out are named.
 const NAMED: usize = 20;
@@ -40,8 +40,7 @@ fn write_group(f: &mut fmt::Formatter<'_>, group: &Group) -> fmt::Result {
     for PlaceStatistic { kind, id, quantity, runs, reached, values, drivers } in &group.places {
         let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.3}"));
         let [_, p5, p50, p95, _] = values.map(number);
-        let drivers: Vec<String> =
-            drivers.iter().take(3).map(|one| format!("{} {:+.2}", one.variable, one.correlation)).collect();
+        let drivers: Vec<String> = drivers.iter().take(3).map(Driver::words).collect();
         let name = if *kind == "map" { id.clone() + " m2" } else { format!("{id} {quantity}") };
         let reached = format!("{reached} of {runs}");
         writeln!(f, "{name:<34} {reached:>11} {p5:>12} {p50:>12} {p95:>12}  {}", drivers.join(", "))?;

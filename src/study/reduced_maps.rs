@@ -3,7 +3,7 @@
 use super::stack::{Measure, Stack};
 use crate::error::Error;
 use crate::math::readable;
-use crate::output::{MapClass, MapKind, MapVariable, hazard_classes};
+use crate::output::{MapClass, MapKind, MapVariable, hazard_classes, threshold_name};
 
 const P5: Measure = Measure::Quantile(0.05);
 const P50: Measure = Measure::Quantile(0.5);
@@ -44,11 +44,6 @@ type Wanted = (Measure, String, String, MapKind, &'static str, String);
 
 fn wanted(measure: Measure, name: &str, long_name: &str, kind: MapKind, units: &'static str, comment: &str) -> Wanted {
     (measure, name.to_owned(), long_name.to_owned(), kind, units, comment.to_owned())
-}
-
-/// A depth as part of a name: `0p50m`.
-fn depth_name(depth: f64) -> String {
-    format!("{depth:.2}m").replace('.', "p")
 }
 
 /// The quantiles of a quantity.
@@ -103,7 +98,7 @@ fn of_depth(flooded_from: f64, depths: &[f64]) -> Vec<Wanted> {
     let measure = Measure::AtLeast(flooded_from);
     let mut all = vec![wanted(measure, "probability_flooded", "probability of inundation", share, "1", &flooded)];
     for &depth in depths {
-        let (name, measure) = (format!("probability_depth_{}", depth_name(depth)), Measure::AtLeast(depth));
+        let (name, measure) = (format!("probability_depth_{}", threshold_name(depth)), Measure::AtLeast(depth));
         let long_name = format!("probability of a depth of {} m or more", readable(depth));
         all.push(wanted(measure, &name, &long_name, share, "1", "share of the runs"));
     }
@@ -142,6 +137,9 @@ fn of_hazard() -> Vec<Wanted> {
     (2..=6).map(of_class).chain([worst]).collect()
 }
 
+/// Increments (m, m/s) that are none but the difference of two computations.
+const LEAST_INCREMENT: f64 = 0.01;
+
 /// What the first run of each pair has more than the second.
 pub(super) fn increment_maps(stack: &Stack, pairs: &[(usize, usize)]) -> Result<Vec<ReducedMap>, Error> {
     let mut maps = Vec::new();
@@ -150,9 +148,9 @@ pub(super) fn increment_maps(stack: &Stack, pairs: &[(usize, usize)]) -> Result<
         [("max_depth", "increment of maximum depth", "m"), ("max_speed", "increment of maximum speed", "m s-1")]
     {
         let mut all = quantiles(&format!("{map}_increment"), long_name, MapKind::Difference, units, comment);
-        let probability = format!("probability of an {long_name} above 0");
+        let probability = format!("probability of an {long_name} above {LEAST_INCREMENT} {units}");
         all.push(wanted(
-            Measure::Above0,
+            Measure::Above(LEAST_INCREMENT),
             &format!("probability_{map}_increment"),
             &probability,
             MapKind::Probability,

@@ -20,8 +20,8 @@ pub(super) enum Measure {
     Quantile(f64),
     /// The share of runs with at least this much, and more than none.
     AtLeast(f64),
-    /// The share of runs above 0.
-    Above0,
+    /// The share of runs above this.
+    Above(f64),
     /// The least.
     Least,
     /// The greatest.
@@ -40,7 +40,7 @@ impl Measure {
             Measure::AtLeast(least) => {
                 share(ascending.iter().filter(|value| **value > 0.0 && f64::from(**value) >= least).count())
             }
-            Measure::Above0 => share(ascending.iter().filter(|value| **value > 0.0).count()),
+            Measure::Above(least) => share(ascending.iter().filter(|value| f64::from(**value) > least).count()),
             Measure::Least => ascending.first().copied().unwrap_or(f32::NAN),
             Measure::Greatest => ascending.last().copied().unwrap_or(f32::NAN),
             Measure::Between(low, high) => quantile(high) - quantile(low),

@@ -1,6 +1,6 @@
 //! How far the run of a member is, by its folder.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::record::{run_of, scenario_of};
 use crate::checksum;
@@ -38,18 +38,59 @@ impl State {
     }
 }
 
+/// The record of a run, as far as it can be read.
+fn record_of(run: &Path) -> serde_json::Value {
+    let record = read_to_string(run.join("run.json")).ok();
+    record.and_then(|text| serde_json::from_str(&text).ok()).unwrap_or_default()
+}
+
+/// The program that ran a member: version and commit.
+pub fn program_of(study: &Path, member: usize) -> String {
+    let record = record_of(&run_of(study, member));
+    let text = |key: &str| record[key].as_str().unwrap_or("unknown").to_owned();
+    format!("{} ({})", text("version"), text("git"))
+}
+
+/// The file that says why a member failed before it had a record of its own; its first line is the checksum of the scenario.
+fn failure_file(study: &Path, member: usize) -> PathBuf {
+    study.join(format!("logs/{member:04}.failed"))
+}
+
+/// Keeps why a member failed, or forgets it where it is run again.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn keep_failure(study: &Path, member: usize, why: Option<&str>) -> std::io::Result<()> {
+    let file = failure_file(study, member);
+    match why {
+        Some(why) => std::fs::write(file, format!("{}\n{why}\n", checksum_of(study, member).unwrap_or_default())),
+        None if file.exists() => std::fs::remove_file(file),
+        None => Ok(()),
+    }
+}
+
+/// The checksum of the scenario of a member.
+fn checksum_of(study: &Path, member: usize) -> Option<String> {
+    checksum::of_file(&scenario_of(study, member)).ok().map(|(_, sha256)| sha256)
+}
+
 /// The state of a member of the study in a folder.
 pub fn state(study: &Path, member: usize) -> State {
     let folder = run_of(study, member);
-    if !folder.exists() {
-        return State::New { replaces: false };
-    }
     if is_in_use(&folder) {
         return State::InUse;
     }
-    let record = read_to_string(folder.join("run.json")).ok();
-    let record = record.and_then(|text| serde_json::from_str::<serde_json::Value>(&text).ok()).unwrap_or_default();
-    let scenario = checksum::of_file(&scenario_of(study, member)).ok().map(|(_, sha256)| sha256);
+    let scenario = checksum_of(study, member);
+    let failure = read_to_string(failure_file(study, member)).unwrap_or_default();
+    if let Some((sha256, why)) = failure.split_once('\n')
+        && Some(sha256) == scenario.as_deref()
+    {
+        return State::Failed(why.trim_end().to_owned());
+    }
+    if !folder.exists() {
+        return State::New { replaces: false };
+    }
+    let record = record_of(&folder);
     if record["scenario_sha256"].as_str() != scenario.as_deref() {
         return State::New { replaces: true };
     }

@@ -27,8 +27,10 @@ pub(super) struct PlaceValues {
 pub struct Driver {
     /// Name of the variable.
     pub variable: String,
-    /// From -1 to 1; of a variable without numbers from 0 to 1.
+    /// Rank correlation from -1 to 1; of a variable without numbers the correlation ratio, from 0 to 1.
     pub correlation: f64,
+    /// Whether it is a correlation ratio, which has no sign.
+    pub is_ratio: bool,
 }
 
 /// A value at a place over the runs of a study.
@@ -63,9 +65,13 @@ fn of_tables(kind: &'static str, quantities: &[&str], tables: &[Table]) -> Vec<P
         let own = column(table, "id")?;
         let row = table.1.iter().find(|row| row.get(own).is_some_and(|other| other == id))?;
         let text = row.get(column(table, quantity)?)?;
-        let never =
-            (text.is_empty() && (quantity == "arrival_s" || quantity == "time_of_peak_s")).then_some(f64::INFINITY);
-        text.parse().ok().or(never)
+        // Where the water never came: later than any time, and lower than any level.
+        let never = match quantity {
+            "arrival_s" | "time_of_peak_s" => Some(f64::INFINITY),
+            "max_level_m" => Some(f64::NEG_INFINITY),
+            _ => None,
+        };
+        text.parse().ok().or(never.filter(|_| text.is_empty()))
     };
     let Some((first, id)) = tables.first().and_then(|table| Some((table, column(table, "id")?))) else {
         return Vec::new();
@@ -95,10 +101,16 @@ impl PlaceValues {
             id: self.id.clone(),
             quantity: self.quantity.clone(),
             runs: there.len(),
-            reached: there.iter().filter(|value| value.is_finite()).count(),
+            reached: there.iter().filter(|value| self.is_reached(**value)).count(),
             values,
             drivers: self.drivers(study, members),
         }
+    }
+
+    /// Whether water came, by its value: times and levels are there, depths, speeds, discharges and areas are not 0.
+    fn is_reached(&self, value: f64) -> bool {
+        let is_place = ["arrival_s", "time_of_peak_s", "max_level_m"].contains(&self.quantity.as_str());
+        value.is_finite() && (is_place || value.abs() > 0.0)
     }
 
     fn drivers(&self, study: &StudyRecord, members: &[usize]) -> Vec<Driver> {
@@ -107,8 +119,8 @@ impl PlaceValues {
                 Some((study.members.get(*member)?.values.get(which)?.as_deref()?, (*value)?))
             };
             let (texts, values): (Vec<&str>, Vec<f64>) = members.iter().zip(&self.values).filter_map(pair).unzip();
-            let correlation = if texts.len() < FEWEST { None } else { correlation(&texts, &values) };
-            Some(Driver { variable: variable.name.clone(), correlation: correlation? })
+            let (correlation, is_ratio) = correlation(&texts, &values).filter(|_| texts.len() >= FEWEST)?;
+            Some(Driver { variable: variable.name.clone(), correlation, is_ratio })
         };
         let mut drivers: Vec<Driver> = study.variables.iter().enumerate().filter_map(driver).collect();
         drivers.sort_by(|one, other| other.correlation.abs().total_cmp(&one.correlation.abs()));
@@ -116,13 +128,25 @@ impl PlaceValues {
     }
 }
 
-/// How closely values follow a variable: by its numbers where it has them, all in one unit.
-fn correlation(texts: &[&str], values: &[f64]) -> Option<f64> {
+/// How closely values follow a variable, and whether by the correlation ratio: by its numbers where it has them, all in one unit.
+fn correlation(texts: &[&str], values: &[f64]) -> Option<(f64, bool)> {
     let amounts: Option<Vec<Amount>> = texts.iter().map(|text| Amount::read(text)).collect();
     match amounts {
         Some(amounts) if amounts.iter().all(|amount| amount.unit == amounts[0].unit) => {
-            rank_correlation(&amounts.iter().map(|amount| amount.number).collect::<Vec<f64>>(), values)
+            let numbers: Vec<f64> = amounts.iter().map(|amount| amount.number).collect();
+            rank_correlation(&numbers, values).map(|correlation| (correlation, false))
         }
-        _ => correlation_ratio(texts, values),
+        _ => correlation_ratio(texts, values).map(|ratio| (ratio, true)),
+    }
+}
+
+impl Driver {
+    /// Its name and its correlation, with a sign where it has one.
+    pub fn words(&self) -> String {
+        if self.is_ratio {
+            format!("{} {:.2} (ratio)", self.variable, self.correlation)
+        } else {
+            format!("{} {:+.2}", self.variable, self.correlation)
+        }
     }
 }

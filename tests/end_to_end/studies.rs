@@ -80,7 +80,7 @@ fn quantiles_are_those_of_the_waters() {
             "Levels: 10 of 10 members",
             "flooded area m2 10 of 10 10000.000 20000.000 20000.000 level +0.71",
             "west, deep max_depth_m 10 of 10 1.000 2.000 3.000 level +1.00",
-            "east max_depth_m 10 of 10 0.000 0.800 1.800 level +1.00",
+            "east max_depth_m 8 of 10 0.000 0.800 1.800 level +1.00",
         ],
     );
     let maps = Netcdf::read(&folder.join("levels/reduced/statistics.nc"));
@@ -189,7 +189,19 @@ fn members_that_fail_are_named_and_left_out() {
     assert_says(&made.stderr, &["member 1: done", "member 2: failed (exit code 5: error[", "1 of 2 members failed"]);
     let reduced = floodsim(folder, &["reduce", "st"]);
     assert_eq!(reduced.code, 0, "{}", reduced.stderr);
-    assert_says(&reduced.stdout, &["1 of 2 members", "left out member 2: it was not run"]);
+    assert_says(&reduced.stdout, &["1 of 2 members", "left out member 2: exit code 5"]);
+    // A record that was changed by hand leads nowhere else.
+    let record = read(folder, "st/study.json");
+    write(
+        folder,
+        "st/study.json",
+        &record.replace("\"variants\": [\n    \"\"", "\"variants\": [\n    \"../../elsewhere\""),
+    );
+    assert_says(
+        &floodsim(folder, &["reduce", "st"]).stderr,
+        &["error[no-study]", "`../../elsewhere` is no name of a variant"],
+    );
+    write(folder, "st/study.json", &record);
     // Another study in its place, and more of the same.
     write(
         folder,
@@ -209,6 +221,20 @@ fn members_that_fail_are_named_and_left_out() {
     assert_says(&replaced.stdout, &["1 members, 1 done"]);
     assert!(!folder.join("st/scenarios/0002.yaml").exists());
     assert_says(&floodsim(folder, &["matrix", "st", "--only", "2"]).stderr, &["the study has the members 1 to 1"]);
+}
+
+#[test]
+fn members_without_maps_are_not_reduced() {
+    let scene = basin();
+    let folder = scene.path();
+    write(folder, "s.yaml", &SCENARIO.replace("[maps, cog, tables]", "[tables]"));
+    write(
+        folder,
+        "study.yaml",
+        "study: 1\nbase: s.yaml\nfolder: st\nvary: [{key: roughness.manning, values: [0.03]}]\n",
+    );
+    assert_eq!(floodsim(folder, &["matrix", "study.yaml", "--quiet"]).code, 0);
+    assert_says(&floodsim(folder, &["reduce", "st"]).stderr, &["error[not-written]", "outputs.write"]);
 }
 
 #[test]

@@ -84,7 +84,10 @@ pub const MAY_IMPORT: &[(&str, &[&str])] = &[
             "version",
         ],
     ),
-    ("matrix", &["csv", "error", "output", "pipeline::is_stopped_by_hang_up", "plain_file", "scenario", "study"]),
+    (
+        "matrix",
+        &["csv", "error", "output", "pipeline::is_stopped_by_hang_up", "plain_file", "scenario", "study", "version"],
+    ),
     ("scenario", &["calendar", "math", "error", "plain_file"]),
     ("version", &[]),
     (

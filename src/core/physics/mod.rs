@@ -9,6 +9,7 @@ pub mod limiter;
 pub mod open_boundary;
 pub mod tracer;
 pub mod turbulence;
+pub mod xu_zhang;
 
 /// Speed of small waves c = √(g d) (m/s) at a depth (m) of 0 or more.
 #[inline(always)]

@@ -29,7 +29,7 @@ pub use maps::{write_differences, write_maps, write_statistics};
 pub use sections::{write_section_file, write_section_tables, write_sections};
 pub use tables::{write_difference_table, write_gauges, write_mass_balance, write_passages, write_quantile_table};
 pub use tracers::write_tracers;
-pub use variables::{MapClass, MapKind, MapVariable, hazard_classes, map_variables};
+pub use variables::{MapClass, MapKind, MapVariable, hazard_classes, map_variables, threshold_name};
 
 use super::OutputCrs;
 use crate::calendar::{UtcTime, cf};

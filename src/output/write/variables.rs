@@ -65,7 +65,7 @@ pub struct MapVariable<'a> {
 }
 
 /// The ending of names that belong to a threshold (m): `0p10m` for 0.1 m, `0p305m` for 0.305 m.
-pub(super) fn threshold_name(threshold: f64) -> String {
+pub fn threshold_name(threshold: f64) -> String {
     let mut digits = format!("{threshold:.4}");
     while digits.ends_with('0') && digits.len() - digits.find('.').unwrap_or(0) > 3 {
         digits.pop();

@@ -46,7 +46,7 @@ impl TerrainLayer {
 }
 
 /// Roughness of the ground after Manning (s·m^(−1/3)); nothing where there are channels alone, each with its own.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Roughness {
     /// n where no file says it: everywhere without a raster, the default beside one.
     pub manning: Option<f64>,
@@ -60,10 +60,16 @@ pub struct Roughness {
     pub factor: f64,
 }
 
+impl Default for Roughness {
+    fn default() -> Self {
+        Roughness { manning: None, raster: None, table: None, polygons: None, factor: 1.0 }
+    }
+}
+
 impl Roughness {
     /// The same n everywhere.
     pub fn uniform(manning: f64) -> Self {
-        Roughness { manning: Some(manning), raster: None, table: None, polygons: None, factor: 1.0 }
+        Roughness { manning: Some(manning), ..Roughness::default() }
     }
 
     /// n where no file says it, with the factor.

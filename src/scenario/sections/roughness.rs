@@ -64,10 +64,11 @@ pub(super) fn resolved(section: RoughnessSection) -> Roughness {
 pub(super) fn written(scenario: &Scenario) -> Section {
     let rough = &scenario.roughness;
     let of_rest = if rough.raster.is_some() { "default" } else { "manning" };
-    Section::default()
+    let section = Section::default()
         .with_some("raster", rough.raster.as_ref().map(|path| file(&path.value)))
         .with_some("table", rough.table.as_ref().map(|path| file(&path.value)))
         .with_some(of_rest, rough.manning)
-        .with_some("polygons", rough.polygons.as_ref().map(vector))
-        .with("factor", rough.factor)
+        .with_some("polygons", rough.polygons.as_ref().map(vector));
+    // Nothing where channels alone have their own.
+    if section.is_empty() { section } else { section.with("factor", rough.factor) }
 }
