@@ -8,6 +8,12 @@ pub fn inert(text: &str) -> String {
     if begins_formula(text) { format!("'{text}") } else { text.to_owned() }
 }
 
+/// A text as a field of a table: inert, and in quotes where it has what parts fields or lines.
+pub fn field(text: &str) -> String {
+    let text = inert(text);
+    if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text }
+}
+
 /// The text that was made inert; another one as it stands.
 pub fn as_meant(text: &str) -> &str {
     text.strip_prefix('\'').filter(|rest| begins_formula(rest)).unwrap_or(text)

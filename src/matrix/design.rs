@@ -5,14 +5,14 @@
 
 use sobol_burley::NUM_DIMENSIONS;
 
-use super::file::{Sampling, Study, Values};
+use super::file::{Sampling, Study, Values, Variable};
 use crate::study::Amount;
 
 /// What each variable is in each case.
 pub(super) fn cases(study: &Study) -> Vec<Vec<String>> {
     let listed: usize = study.variables.iter().map(|variable| listed_count(&variable.values)).product();
     let points = Points { sampling: study.sampling, seed: study.seed, samples: study.samples };
-    let drawn = study.variables.iter().filter(|variable| matches!(variable.values, Values::Drawn(..))).count();
+    let drawn = study.variables.iter().filter(|variable| variable.is_drawn()).count();
     let shares: Vec<Vec<f64>> = (0..drawn).map(|dimension| points.of(dimension)).collect();
     let of_sample = |sample: usize| {
         let share = |dimension: usize| shares[dimension][sample];
@@ -43,7 +43,7 @@ fn case(study: &Study, combination: usize, share: impl Fn(usize) -> f64) -> Vec<
         *place = rest % count;
         rest /= count;
     }
-    let value = |(variable, place): (&super::file::Variable, usize)| match &variable.values {
+    let value = |(variable, place): (&Variable, usize)| match &variable.values {
         Values::Listed(values) => values[place].clone(),
         Values::Drawn(law, unit) => {
             dimension += 1;
@@ -109,7 +109,6 @@ impl SplitMix {
 mod tests {
     use std::path::PathBuf;
 
-    use super::super::file::Variable;
     use super::super::spread::Law;
     use super::*;
 

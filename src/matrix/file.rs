@@ -8,7 +8,7 @@ use crate::plain_file;
 use crate::scenario::choices::{Choice, Chosen};
 use crate::scenario::fields::{FormatVersion, Length, Quantity, SampleCount, Seed, Text};
 use crate::scenario::read::{FromNode, NonEmpty, Reader, folder_of, section};
-use crate::scenario::tree::{Node, parse};
+use crate::scenario::tree::{Node, Value, parse};
 use crate::study::{Amount, is_folder_name};
 
 /// Samples where values are drawn and the study does not say how many.
@@ -130,6 +130,13 @@ pub(super) struct Variable {
     pub values: Values,
 }
 
+impl Variable {
+    /// Whether its values are drawn from a distribution.
+    pub fn is_drawn(&self) -> bool {
+        matches!(self.values, Values::Drawn(..))
+    }
+}
+
 /// A scenario beside others.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Variant {
@@ -137,6 +144,18 @@ pub(super) struct Variant {
     pub name: String,
     /// What it sets, `KEY=VALUE`.
     pub set: Vec<String>,
+}
+
+impl Variant {
+    /// The keys that it sets.
+    pub fn keys(&self) -> impl Iterator<Item = &str> {
+        self.set.iter().filter_map(|text| Some(text.split_once('=')?.0.trim()))
+    }
+
+    /// Whether it sets a key, or a section that it stands in.
+    pub fn decides(&self, key: &str) -> bool {
+        self.keys().any(|own| is_within(key, own))
+    }
 }
 
 /// A study, all defaults filled in.
@@ -191,11 +210,11 @@ fn real(path: &Path) -> Option<PathBuf> {
 }
 
 /// Whether a key is another one, or stands in its section.
-pub(super) fn is_within(key: &str, section: &str) -> bool {
+fn is_within(key: &str, section: &str) -> bool {
     key.strip_prefix(section).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
 }
 
-/// Reports a variable whose key no member could be told by.
+/// Reports a variable whose key cannot vary, or varies already.
 fn check_key(variables: &[Variable], variable: &Variable, node: &Node, reader: &mut Reader) {
     let key = variable.key.as_str();
     let overlaps =
@@ -212,7 +231,7 @@ fn check_key(variables: &[Variable], variable: &Variable, node: &Node, reader: &
 /// The node of an entry of a list.
 fn entry<'a>(root: &'a Node, list: &str, index: usize) -> Option<&'a Node> {
     match &root.get(list)?.value {
-        crate::scenario::tree::Value::List(items) => items.get(index),
+        Value::List(items) => items.get(index),
         _ => None,
     }
 }
@@ -236,15 +255,14 @@ fn resolved(section: StudySection, root: &Node, file: &Path, reader: &mut Reader
             reader.error(node, "variant-name", format!("`{name}` is no name of a variant"), remedy);
         }
         let set: Vec<String> = set.unwrap_or_default().into_iter().map(|text| text.0.value).collect();
-        let sets = |variable: &&Variable| {
-            let keys = set.iter().filter_map(|text| Some(text.split_once('=')?.0.trim()));
-            keys.into_iter().any(|own| own != variable.key && is_within(own, &variable.key))
-        };
-        if let Some(variable) = variables.iter().find(sets) {
+        let variant = Variant { name, set };
+        let sets_part =
+            |variable: &&Variable| variant.keys().any(|own| own != variable.key && is_within(own, &variable.key));
+        if let Some(variable) = variables.iter().find(sets_part) {
             let message = format!("the variant sets a part of `{}`, which varies as a whole", variable.key);
             reader.error(node, "conflict", message, "vary the part, or set the whole");
         }
-        variants.push(Variant { name, set });
+        variants.push(variant);
     }
     if variables.is_empty() && variants.len() < 2 && !reader.has_errors() {
         let remedy = "add for example `vary: [{key: roughness.manning, values: [0.03, 0.04, 0.05]}]`";
@@ -254,7 +272,7 @@ fn resolved(section: StudySection, root: &Node, file: &Path, reader: &mut Reader
         variants.push(Variant { name: String::new(), set: Vec::new() });
     }
     let FormatVersion = section.study;
-    let is_drawn = variables.iter().any(|variable| matches!(variable.values, Values::Drawn(..)));
+    let is_drawn = variables.iter().any(Variable::is_drawn);
     let samples = section.samples.map_or(SAMPLES, |samples| samples.value());
     let stem = file.file_stem().unwrap_or_default();
     let folder =

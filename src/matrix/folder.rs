@@ -12,7 +12,7 @@
 use std::path::Path;
 
 use super::members::Member;
-use crate::csv::inert;
+use crate::csv::field;
 use crate::error::{Error, Problem, ProblemKind};
 use crate::output::RunFolder;
 use crate::plain_file::{entries, read_to_string};
@@ -92,10 +92,6 @@ fn extra_scenarios(folder: &Path, members: usize) -> Vec<String> {
 }
 
 fn table(record: &StudyRecord) -> String {
-    let field = |text: &str| {
-        let text = inert(text);
-        if text.contains([',', '"', '\n']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text }
-    };
     let names: String = record.variables.iter().map(|variable| format!(",{}", field(&variable.name))).collect();
     let mut text = format!("number,case,variant{names}\n");
     for member in &record.members {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::design;
-use super::file::{Study, Values, Variable, Variant, is_within};
+use super::file::{Sampling, Study, Values, Variable, Variant};
 use crate::error::{Error, Problem, ProblemKind, Severity};
 use crate::scenario;
 use crate::scenario::tree::{Node, Value, find, parse};
@@ -60,10 +60,10 @@ pub(super) fn members(study: &Study) -> Result<(StudyRecord, Vec<Member>), Error
 }
 
 fn sampling(study: &Study) -> String {
-    let is_drawn = study.variables.iter().any(|variable| matches!(variable.values, Values::Drawn(..)));
+    let is_drawn = study.variables.iter().any(Variable::is_drawn);
     let how = match study.sampling {
-        super::file::Sampling::Sobol => "Owen-scrambled Sobol sequence",
-        super::file::Sampling::LatinHypercube => "Latin hypercube",
+        Sampling::Sobol => "Owen-scrambled Sobol sequence",
+        Sampling::LatinHypercube => "Latin hypercube",
     };
     if is_drawn { format!("{how}, {} samples, seed {}", study.samples, study.seed) } else { String::new() }
 }
@@ -86,7 +86,7 @@ impl Base {
     /// What each variable is in a case of a variant; none where the variant decides on it.
     fn values(&self, study: &Study, variant: &Variant, case: &[String]) -> Vec<Option<String>> {
         let text = |((variable, amount), value): ((&Variable, &Option<Amount>), &String)| {
-            if decides(variant, &variable.key) {
+            if variant.decides(&variable.key) {
                 return None;
             }
             let product = |base: &Amount| {
@@ -97,12 +97,6 @@ impl Base {
         };
         study.variables.iter().zip(&self.amounts).zip(case).map(text).collect()
     }
-}
-
-/// Whether a variant sets a key, or a section that it stands in.
-fn decides(variant: &Variant, key: &str) -> bool {
-    let mut keys = variant.set.iter().filter_map(|text| Some(text.split_once('=')?.0.trim()));
-    keys.any(|own| is_within(key, own))
 }
 
 /// Problems of members, each with the first member that has it and how many do.
@@ -142,7 +136,7 @@ impl Found {
         };
         let root = parse(&text, &study.base).ok().map(|(root, _)| root)?;
         let mut amount = |variable: &Variable| -> Option<Amount> {
-            if !variable.is_factor || decides(variant, &variable.key) {
+            if !variable.is_factor || variant.decides(&variable.key) {
                 return None;
             }
             let amount = find(&root, &variable.key).and_then(amount_of);

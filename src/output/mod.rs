@@ -66,10 +66,9 @@ pub use verify::{Verified, output_files, verify};
 pub use volume_records::{HeldBack, PassageRecord, VolumeBooks};
 pub use write::{
     ChannelsWriter, FieldsWriter, FileHead, Findings, LevelArea, MapClass, MapKind, MapVariable, Provenance,
-    hazard_classes, map_variables, threshold_name, write_channels, write_cogs, write_difference_table,
-    write_differences, write_gauges, write_geopackage, write_level_layer, write_maps, write_mass_balance,
-    write_passages, write_quantile_table, write_section_file, write_section_tables, write_sections, write_statistics,
-    write_tracers,
+    hazard_classes, map_variables, threshold_name, write_channels, write_cogs, write_difference_table, write_gauges,
+    write_geopackage, write_level_layer, write_map_file, write_maps, write_mass_balance, write_passages,
+    write_quantile_table, write_section_file, write_section_tables, write_sections, write_tracers,
 };
 
 /// Depth (m) below which a film counts as dry ground in the maps: it has no velocity and no hazard class.

@@ -244,12 +244,16 @@ fn variable(file: &netcdf::File, name: &str, frame: Option<usize>) -> Result<Opt
     };
     let path = file.path().unwrap_or_default();
     let mut values = values.map_err(|cause| unreadable(&path, format!("variable `{name}`: {cause}")))?;
-    let fill = variable.attribute_value("_FillValue").and_then(Result::ok).and_then(|fill| f64::try_from(fill).ok());
-    if let Some(fill) = fill {
+    if let Some(fill) = fill_of(&variable) {
         // A fill value is stored, not computed: equal bits mean missing.
         values.iter_mut().filter(|value| value.to_bits() == fill.to_bits()).for_each(|value| *value = f64::NAN);
     }
     Ok(Some(values))
+}
+
+/// The number that stands for no value in a variable.
+fn fill_of(variable: &netcdf::Variable<'_>) -> Option<f64> {
+    variable.attribute_value("_FillValue").and_then(Result::ok).and_then(|fill| f64::try_from(fill).ok())
 }
 
 /// The grid from the coordinate variables, which hold the centres of the cells, y descending.

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use super::grids::places;
-use super::{open, read_grid, unreadable};
+use super::{fill_of, open, read_grid, unreadable};
 use crate::error::Error;
 use crate::maps::MapGrid;
 
@@ -26,7 +26,7 @@ impl MapRows {
     /// Some rows of a map on another grid: each value is that of the cell that holds the middle of its cell. NaN where it has none; none where
     /// the run has no such map.
     pub fn read(&self, name: &str, grid: &MapGrid, rows: &Range<usize>) -> Result<Option<Vec<f32>>, Error> {
-        // It was found sound when it was found.
+        // `find` has looked at it.
         let file = netcdf::open(&self.path).map_err(|cause| unreadable(&self.path, cause.to_string()))?;
         let Some(variable) = file.variable(name) else { return Ok(None) };
         let (columns, own_rows) = places(grid, &self.grid);
@@ -36,8 +36,7 @@ impl MapRows {
         let (Some(&first), Some(&last)) = (there().min(), there().max()) else { return Ok(Some(values)) };
         let read = variable.get_values::<f32, _>((first..last + 1, ..));
         let read = read.map_err(|cause| unreadable(&self.path, format!("variable `{name}`: {cause}")))?;
-        let fill = variable.attribute_value("_FillValue").and_then(Result::ok);
-        let fill = fill.and_then(|fill| f64::try_from(fill).ok()).map(|fill| fill as f32);
+        let fill = fill_of(&variable).map(|fill| fill as f32);
         for (values, own) in values.chunks_exact_mut(grid.columns).zip(own_rows) {
             let Some(own) = own else { continue };
             let read = &read[(own - first) * self.grid.columns..][..self.grid.columns];

@@ -5,19 +5,12 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::changes::{Changes, between};
+use super::files::{Head, crs_of, write_maps};
 use super::maps::{DifferenceMap, Differences, differences};
 use super::tables::{PlaceValue, values};
-use crate::calendar::utc_now;
 use crate::error::{Error, Problem, ProblemKind};
-use crate::lattice::Lattice;
-use crate::maps::MapGrid;
-use crate::math::Vec2;
-use crate::output::{
-    FileHead, MapClass, MapKind, MapVariable, OutputCrs, OutputGrid, Provenance, RunFolder, write_cogs,
-    write_difference_table, write_differences,
-};
+use crate::output::{MapClass, MapKind, MapVariable, OutputCrs, RunFolder, write_difference_table};
 use crate::results::Results;
-use crate::version;
 
 /// Which run it is.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -75,13 +68,12 @@ pub fn compare(folders: [&Path; 2]) -> Result<Comparison, Error> {
         return Err(apart("their maps are of different places".to_owned(), "name two runs of the same place"));
     };
     let names = [0, 1].map(|k| name(folders[k], both[k]));
-    let system = both[0].reference_system();
     Ok(Comparison {
         runs: names,
         changes: between(folders, both.map(|run| &run.summary)),
         on_maps,
         places: values(both),
-        crs: system.map_or(OutputCrs::Local, |(wkt2, authority)| OutputCrs::Projected { wkt2, authority }),
+        crs: crs_of(both[0]),
     })
 }
 
@@ -113,24 +105,11 @@ impl Comparison {
             return Err(Error::Problems(vec![problem.with_remedy("choose a folder of its own with --out")]));
         }
         let folder = RunFolder::create(folder, overwrite)?;
-        let MapGrid { columns, rows, west, north, cell } = self.on_maps.grid;
-        let south = north - rows as f64 * cell;
-        let lattice = Lattice::new(Vec2::new(west, south), columns, rows, cell);
-        let grid = OutputGrid::new(&lattice, cell, &vec![0.0; columns * rows]);
-        let now = utc_now();
         let [first, second] = &self.runs;
-        let provenance = Provenance {
-            title: format!("{} less {}", second.title, first.title),
-            source: format!("floodsim {}", version::with_commit()),
-            history: format!("{now} {command}"),
-            comment: format!("{} less {}", second.folder.display(), first.folder.display()),
-            date_created: now,
-            ..Provenance::default()
-        };
-        let head = FileHead { crs: &self.crs, provenance: &provenance };
-        let variables = self.variables();
-        write_differences(&folder, &grid, head, &variables)?;
-        write_cogs(&folder, &grid, head, &variables)?;
+        let title = format!("{} less {}", second.title, first.title);
+        let comment = format!("{} less {}", second.folder.display(), first.folder.display());
+        let head = Head { title, comment, command, crs: &self.crs };
+        write_maps((&folder, "differences.nc"), &self.on_maps.grid, head, &self.variables())?;
         let row = |place: &'_ PlaceValue| [place.first, place.second, place.difference()];
         let rows = self.places.iter().map(|place| ([place.kind, &place.id, place.quantity], row(place)));
         write_difference_table(&folder, rows)?;

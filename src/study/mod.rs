@@ -6,6 +6,7 @@
 mod amount;
 mod changes;
 mod compare;
+mod files;
 mod maps;
 mod page;
 mod quantile;

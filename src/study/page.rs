@@ -63,15 +63,12 @@ pub(super) fn page(sources: &Sources<'_>, group: &Group, maps: &[ReducedMap]) ->
             continue;
         }
         let classes = classes(caption, found.iter().map(|(map, _, values)| (map.kind, &values[..])));
-        let is_alone = found.len() == 1;
-        let panel = |(_, caption, values): &'_ (&ReducedMap, &str, Vec<f64>)| (caption.to_string(), values.clone());
-        let owned: Vec<(String, Vec<f64>)> = found.iter().map(panel).collect();
-        let panels = owned.iter().map(|(caption, values)| Panel {
-            caption: caption.clone(),
+        let panels = found.iter().map(|(_, caption, values)| Panel {
+            caption: (*caption).to_owned(),
             values,
             classes: &classes,
             under: None,
-            wide: is_alone,
+            wide: found.len() == 1,
         });
         let sheet = Sheet {
             title: &title,

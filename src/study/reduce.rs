@@ -4,23 +4,17 @@
 
 use std::path::Path;
 
+use super::files::{Head, crs_of, write_maps};
 use super::page;
 use super::record::{StudyRecord, linked, run_of};
 use super::reduced_maps::{ReducedMap, increment_maps, maps_of};
 use super::reduction::{Group, Reduction, Sources};
 use super::stack::Stack;
-use super::state::state;
+use super::state::{program_in, record_of, state};
 use super::statistics::{PlaceValues, values_of};
-use crate::calendar::utc_now;
 use crate::error::{Error, Problem, ProblemKind};
-use crate::lattice::Lattice;
-use crate::math::Vec2;
-use crate::output::{
-    FileHead, MapVariable, OutputCrs, OutputGrid, Provenance, RunFolder, write_cogs, write_quantile_table,
-    write_statistics,
-};
+use crate::output::{MapVariable, RunFolder, write_quantile_table};
 use crate::results::{MapRows, Results, Table, table_of};
-use crate::version;
 
 /// Reduces the study of a folder, and writes `reduced/` into it. `command` is the command line as typed.
 ///
@@ -84,8 +78,7 @@ fn sources<'a>(folder: &Path, study: &'a StudyRecord) -> Result<Sources<'a>, Err
         let problem = Problem::error(ProblemKind::Input, "not-comparable", "", message);
         return Err(Error::Problems(vec![problem.with_remedy("vary no key that moves the terrain")]));
     };
-    let crs =
-        first.reference_system().map_or(OutputCrs::Local, |(wkt2, authority)| OutputCrs::Projected { wkt2, authority });
+    let crs = crs_of(&first);
     let flooded_from = first.arrival_depth().unwrap_or(0.0);
     Ok(Sources { study, stack, members, first, crs, flooded_from, left_out, doubts: doubts.end() })
 }
@@ -100,10 +93,9 @@ struct Doubts {
 
 impl Doubts {
     fn add(&mut self, run: &Path) {
-        let record = crate::plain_file::read_to_string(run.join("run.json")).ok();
-        let record: serde_json::Value = record.and_then(|text| serde_json::from_str(&text).ok()).unwrap_or_default();
+        let record = record_of(run);
         let text = |value: &serde_json::Value| value.as_str().unwrap_or_default().to_owned();
-        let program = format!("{} ({})", text(&record["version"]), text(&record["git"]));
+        let program = program_in(&record);
         if !self.programs.contains(&program) {
             self.programs.push(program);
         }
@@ -173,23 +165,10 @@ impl Sources<'_> {
     }
 
     fn write(&self, folder: &RunFolder, group: &Group, maps: &[ReducedMap], command: &str) -> Result<(), Error> {
-        let grid = self.stack.grid;
-        let south = grid.north - grid.rows as f64 * grid.cell;
-        let lattice = Lattice::new(Vec2::new(grid.west, south), grid.columns, grid.rows, grid.cell);
-        let output_grid = OutputGrid::new(&lattice, grid.cell, &vec![0.0; grid.columns * grid.rows]);
-        let now = utc_now();
-        let provenance = Provenance {
-            title: self.title(group),
-            source: format!("floodsim {}", version::with_commit()),
-            history: format!("{now} {command}"),
-            comment: format!("{} members of the study", group.members.len()),
-            date_created: now,
-            ..Provenance::default()
-        };
-        let head = FileHead { crs: &self.crs, provenance: &provenance };
         let variables: Vec<MapVariable<'_>> = maps.iter().map(ReducedMap::variable).collect();
-        write_statistics(folder, &output_grid, head, &variables)?;
-        write_cogs(folder, &output_grid, head, &variables)?;
+        let comment = format!("{} members of the study", group.members.len());
+        let head = Head { title: self.title(group), comment, command, crs: &self.crs };
+        write_maps((folder, "statistics.nc"), &self.stack.grid, head, &variables)?;
         let rows = group.places.iter().map(|place| {
             let drivers = place.drivers.iter().map(|driver| (driver.variable.as_str(), driver.correlation));
             ([place.kind, &place.id, &place.quantity], [place.runs, place.reached], place.values, drivers.collect())

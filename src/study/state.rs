@@ -39,15 +39,19 @@ impl State {
 }
 
 /// The record of a run, as far as it can be read.
-fn record_of(run: &Path) -> serde_json::Value {
+pub(super) fn record_of(run: &Path) -> serde_json::Value {
     let record = read_to_string(run.join("run.json")).ok();
     record.and_then(|text| serde_json::from_str(&text).ok()).unwrap_or_default()
 }
 
 /// The program that ran a member: version and commit.
 pub fn program_of(study: &Path, member: usize) -> String {
-    let record = record_of(&run_of(study, member));
-    let text = |key: &str| record[key].as_str().unwrap_or("unknown").to_owned();
+    program_in(&record_of(&run_of(study, member)))
+}
+
+/// The program that the record of a run names.
+pub(super) fn program_in(record: &serde_json::Value) -> String {
+    let text = |key: &str| record[key].as_str().unwrap_or("unknown");
     format!("{} ({})", text("version"), text("git"))
 }
 

@@ -4,8 +4,8 @@ use serde::Serialize;
 
 use super::amount::Amount;
 use super::quantile::{correlation_ratio, quantile, rank_correlation};
-use super::record::StudyRecord;
-use super::tables::{OF_GAUGES, OF_SECTIONS};
+use super::record::{StudyRecord, VariableRecord};
+use super::tables::{OF_GAUGES, OF_SECTIONS, cell, column, ids};
 use crate::results::Table;
 
 /// Runs from which a rank correlation says anything.
@@ -60,11 +60,8 @@ pub(super) fn values_of(gauges: &[Table], sections: &[Table]) -> Vec<PlaceValues
 }
 
 fn of_tables(kind: &'static str, quantities: &[&str], tables: &[Table]) -> Vec<PlaceValues> {
-    let column = |table: &Table, name: &str| table.0.iter().position(|column| column == name);
     let number = |table: &Table, id: &str, quantity: &str| -> Option<f64> {
-        let own = column(table, "id")?;
-        let row = table.1.iter().find(|row| row.get(own).is_some_and(|other| other == id))?;
-        let text = row.get(column(table, quantity)?)?;
+        let text = cell(table, id, quantity)?;
         // Where the water never came: later than any time, and lower than any level.
         let never = match quantity {
             "arrival_s" | "time_of_peak_s" => Some(f64::INFINITY),
@@ -73,10 +70,7 @@ fn of_tables(kind: &'static str, quantities: &[&str], tables: &[Table]) -> Vec<P
         };
         text.parse().ok().or(never.filter(|_| text.is_empty()))
     };
-    let Some((first, id)) = tables.first().and_then(|table| Some((table, column(table, "id")?))) else {
-        return Vec::new();
-    };
-    let places = first.1.iter().filter_map(|row| row.get(id));
+    let Some(first) = tables.first() else { return Vec::new() };
     let of_place = |id: &String| -> Vec<PlaceValues> {
         let of_quantity = |quantity: &&str| PlaceValues {
             kind,
@@ -86,7 +80,7 @@ fn of_tables(kind: &'static str, quantities: &[&str], tables: &[Table]) -> Vec<P
         };
         quantities.iter().filter(|quantity| column(first, quantity).is_some()).map(of_quantity).collect()
     };
-    places.flat_map(of_place).collect()
+    ids(first).flat_map(of_place).collect()
 }
 
 impl PlaceValues {
@@ -114,7 +108,7 @@ impl PlaceValues {
     }
 
     fn drivers(&self, study: &StudyRecord, members: &[usize]) -> Vec<Driver> {
-        let driver = |(which, variable): (usize, &super::record::VariableRecord)| {
+        let driver = |(which, variable): (usize, &VariableRecord)| {
             let pair = |(member, value): (&usize, &Option<f64>)| {
                 Some((study.members.get(*member)?.values.get(which)?.as_deref()?, (*value)?))
             };

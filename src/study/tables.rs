@@ -42,20 +42,35 @@ pub(super) fn values(runs: [&Results; 2]) -> Vec<PlaceValue> {
 }
 
 fn of_tables(kind: &'static str, quantities: &[&'static str], [first, second]: [Table; 2]) -> Vec<PlaceValue> {
-    let place = |table: &Table, name: &str| table.0.iter().position(|column| column == name);
-    let (Some(id), Some(other_id)) = (place(&first, "id"), place(&second, "id")) else { return Vec::new() };
-    let number = |table: &Table, row: &[String], name: &str| row.get(place(table, name)?)?.parse::<f64>().ok();
-    let mut values = Vec::new();
-    for row in &first.1 {
-        let Some(other) = second.1.iter().find(|other| other.get(other_id) == row.get(id)) else { continue };
-        let id = row.get(id).cloned().unwrap_or_default();
-        values.extend(quantities.iter().map(|&quantity| PlaceValue {
+    let in_both = ids(&first).filter(|id| ids(&second).any(|other| other == *id));
+    let of_place = |id: &String| -> Vec<PlaceValue> {
+        let number = |table: &Table, quantity: &str| cell(table, id, quantity)?.parse::<f64>().ok();
+        let value = |quantity: &&'static str| PlaceValue {
             kind,
             id: id.clone(),
             quantity,
-            first: number(&first, row, quantity),
-            second: number(&second, other, quantity),
-        }));
-    }
-    values
+            first: number(&first, quantity),
+            second: number(&second, quantity),
+        };
+        quantities.iter().map(value).collect()
+    };
+    in_both.flat_map(of_place).collect()
+}
+
+/// The place of a column of a table.
+pub(super) fn column(table: &Table, name: &str) -> Option<usize> {
+    table.0.iter().position(|column| column == name)
+}
+
+/// The names of the rows of a table.
+pub(super) fn ids(table: &Table) -> impl Iterator<Item = &String> {
+    let id = column(table, "id");
+    table.1.iter().filter_map(move |row| row.get(id?))
+}
+
+/// What a table has of a place in a column.
+pub(super) fn cell<'a>(table: &'a Table, id: &str, name: &str) -> Option<&'a String> {
+    let own = column(table, "id")?;
+    let row = table.1.iter().find(|row| row.get(own).is_some_and(|other| other == id))?;
+    row.get(column(table, name)?)
 }

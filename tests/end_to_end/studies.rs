@@ -1,4 +1,4 @@
-//! `matrix` and `reduce`: many runs of one scenario, by hand-computed values of water at rest.
+//! `matrix` and `reduce`: many runs of one scenario, by hand-computed values of still water.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -50,7 +50,7 @@ fn assert_says(text: &str, expected: &[&str]) {
     }
 }
 
-/// Levels of five members; the roughness changes nothing of water at rest.
+/// Levels of five members; the roughness changes nothing of still water.
 const LEVELS: &str = "\
 study: 1
 title: Levels
@@ -135,6 +135,19 @@ fn members_are_runs_by_hand(folder: &Path) {
     let again = floodsim(folder, &["matrix", "levels"]);
     assert_eq!((again.code, again.stderr.as_str()), (0, ""), "no member runs again");
     assert_eq!(read(folder, "levels/runs/0003/run.json"), before);
+    // From elsewhere it is the same study.
+    std::fs::create_dir(folder.join("sub")).unwrap();
+    let elsewhere = floodsim(&folder.join("sub"), &["matrix", "../study.yaml"]);
+    assert_eq!((elsewhere.code, elsewhere.stderr.as_str()), (0, ""));
+    // What another program ran is not mixed with what this one runs.
+    write(folder, "levels/runs/0003/run.json", &before.replace("\"version\": \"", "\"version\": \"0.0."));
+    let mixed = floodsim(folder, &["matrix", "levels"]);
+    assert_eq!(mixed.code, 8, "{}", mixed.stderr);
+    assert_says(&mixed.stderr, &["error[study-changed]", "member 3 by floodsim 0.0."]);
+    assert_says(&floodsim(folder, &["reduce", "levels"]).stdout, &["run by different programs: "]);
+    let again = floodsim(folder, &["matrix", "levels", "--overwrite"]);
+    assert_eq!(again.code, 0, "{}", again.stderr);
+    assert_says(&again.stderr, &["member 3: done", "10 of 10 done"]);
 }
 
 #[test]
@@ -283,6 +296,15 @@ fn problems_of_a_study_come_with_place_and_remedy() {
         "vary: [{key: roughness.manning, values: [0.03, 0.04]}, {key: roughness.factor, range: [1, 2]}]\nsamples: 5001";
     refused(many, 3, &["error[too-many-members]", "10002 members"]);
     refused("vary: [{key: roughness.manning, values: [0.03], range: [1, 2]}]", 3, &["error[conflict]"]);
+    let twice = "vary: [{key: roughness.manning, values: [0.03]}, {key: roughness, values: [a]}, {key: outputs.folder, values: [x]}]";
+    refused(twice, 3, &["error[conflict] vary[1]", "one holds the other", "error[conflict] vary[2]", "cannot vary"]);
+    let part =
+        "vary: [{key: resolution, values: [20 m]}]\nvariants: [{name: a}, {name: b, set: [\"resolution.finest=5 m\"]}]";
+    refused(part, 3, &["error[conflict] variants[1]", "sets a part of `resolution`"]);
+    folders_that_are_none_of_a_study_are_refused(folder);
+}
+
+fn folders_that_are_none_of_a_study_are_refused(folder: &Path) {
     assert_says(&floodsim(folder, &["matrix", "nothing.yaml"]).stderr, &["error[unreadable-file]"]);
     assert_says(&floodsim(folder, &["reduce", "."]).stderr, &["error[no-study]", "study.json"]);
     std::fs::create_dir(folder.join("refused")).unwrap();

@@ -1,5 +1,5 @@
-//! Breach of an embankment dam of homogeneous or zoned fill by its erodibility, after `XuZhang2009`, from V_w (m³), the water above its bottom, and
-//! h (m), its height, which here stands for the height of the dam and the depth of that water too.
+//! Breach of an embankment dam of homogeneous or zoned fill by its erodibility, after `XuZhang2009`: from V_w (m³), the water above its bottom, and
+//! h (m), its height. Here h stands for the height of the dam and the depth of that water, too.
 //!
 //! ```text
 //! B   = h 0.787 (h/15)^0.133 (V_w^⅓/h)^0.652 e^b          mean width

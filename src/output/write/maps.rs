@@ -36,30 +36,17 @@ pub fn write_maps(
     write_variables((folder, "maps.nc"), grid, head, &map_variables(maps, rise_on_wet), of_run)
 }
 
-/// Writes `differences.nc`, the maps of one run less those of another.
+/// Writes maps that are not those of one run, such as `differences.nc`.
 ///
 /// # Errors
 /// When it cannot be written.
-pub fn write_differences(
-    folder: &RunFolder,
-    grid: &OutputGrid,
-    head: FileHead<'_>,
-    differences: &[MapVariable<'_>],
-) -> Result<(), Error> {
-    write_variables((folder, "differences.nc"), grid, head, differences, |_| Ok(()))
-}
-
-/// Writes `statistics.nc`, the maps of many runs.
-///
-/// # Errors
-/// When it cannot be written.
-pub fn write_statistics(
-    folder: &RunFolder,
+pub fn write_map_file(
+    file: (&RunFolder, &str),
     grid: &OutputGrid,
     head: FileHead<'_>,
     maps: &[MapVariable<'_>],
 ) -> Result<(), Error> {
-    write_variables((folder, "statistics.nc"), grid, head, maps, |_| Ok(()))
+    write_variables(file, grid, head, maps, |_| Ok(()))
 }
 
 /// Writes maps as variables of one file, after what `define` adds to it.

@@ -25,7 +25,7 @@ pub use cog::write_cogs;
 pub use fields::FieldsWriter;
 pub use geopackage::{Findings, write_geopackage};
 pub use level_layer::{LevelArea, write_level_layer};
-pub use maps::{write_differences, write_maps, write_statistics};
+pub use maps::{write_map_file, write_maps};
 pub use sections::{write_section_file, write_section_tables, write_sections};
 pub use tables::{write_difference_table, write_gauges, write_mass_balance, write_passages, write_quantile_table};
 pub use tracers::write_tracers;

@@ -4,7 +4,7 @@ use super::super::Gauge;
 use super::super::PassageRecord;
 use super::super::folder::{RunFolder, write_lines};
 use super::super::recording::Recording;
-use crate::csv::inert;
+use crate::csv::field;
 use crate::error::{Error, plain_name};
 
 /// Writes `gauges.csv` and `gauge_series.csv` into `tables/`.
@@ -162,8 +162,7 @@ pub(super) fn decimals(least: usize, values: impl Iterator<Item = f64>) -> usize
 
 /// A text field that no spreadsheet computes, quoted where it must be.
 pub(super) fn text(value: &str) -> String {
-    let value = inert(&plain_name(value));
-    if value.contains([',', '"', '\n', '\r']) { format!("\"{}\"", value.replace('"', "\"\"")) } else { value }
+    field(&plain_name(value))
 }
 
 #[cfg(test)]

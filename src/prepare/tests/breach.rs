@@ -141,19 +141,24 @@ fn without_a_shape_the_whole_dam_goes() {
     assert!(breach.cells.iter().all(|cell| breach.bed(cell, 1.0).to_bits() == cell.ground.to_bits()));
 }
 
+/// `Froehlich2008` for piping down to 2 m, of a volume of water (m³).
+fn by_formula(volume: f64) -> BreachMethod {
+    BreachMethod {
+        formula: BreachFormula::Froehlich2008,
+        mode: BreachMode::Piping,
+        volume: sourced("breach.method.volume", volume),
+        invert: sourced("breach.method.invert", 2.0),
+        position: None,
+        width_factor: 1.0,
+        time_factor: 1.0,
+    }
+}
+
 #[test]
 fn a_formula_gives_width_sides_and_time() {
     let prepared = prepared(|_, breach| {
         (breach.shape, breach.duration) = (None, None);
-        breach.method = Some(BreachMethod {
-            formula: BreachFormula::Froehlich2008,
-            mode: BreachMode::Piping,
-            volume: sourced("breach.method.volume", 50_000.0),
-            invert: sourced("breach.method.invert", 2.0),
-            position: None,
-            width_factor: 1.0,
-            time_factor: 1.0,
-        });
+        breach.method = Some(by_formula(50_000.0));
     });
     let breach = prepared.scene().forcing.breach.clone().unwrap();
     // 0.27 · 50000^0.32 · 8^0.04 = 0.27 · 31.888 · 1.0867 = 9.357 m on average, 0.7 · 8 m less at the bottom;
@@ -168,15 +173,7 @@ fn factors_of_a_study_multiply_the_formula() {
     let with = |width_factor: f64, time_factor: f64| {
         let prepared = prepared(|_, breach| {
             (breach.shape, breach.duration) = (None, None);
-            breach.method = Some(BreachMethod {
-                formula: BreachFormula::Froehlich2008,
-                mode: BreachMode::Piping,
-                volume: sourced("breach.method.volume", 50_000.0),
-                invert: sourced("breach.method.invert", 2.0),
-                position: None,
-                width_factor,
-                time_factor,
-            });
+            breach.method = Some(BreachMethod { width_factor, time_factor, ..by_formula(50_000.0) });
         });
         let breach = prepared.scene().forcing.breach.clone().unwrap();
         let Opening::Trapezoid { bottom_width, .. } = breach.opening else { panic!("no trapezoid") };
@@ -269,15 +266,7 @@ fn what_stands_in_the_way_of_the_water_is_told() {
     let volume = reported("breach-volume", |scene| {
         let breach = scene.scenario.breach.as_mut().unwrap();
         (breach.shape, breach.duration) = (None, None);
-        breach.method = Some(BreachMethod {
-            formula: BreachFormula::Froehlich2008,
-            mode: BreachMode::Piping,
-            volume: sourced("breach.method.volume", 1.0),
-            invert: sourced("breach.method.invert", 2.0),
-            position: None,
-            width_factor: 1.0,
-            time_factor: 1.0,
-        });
+        breach.method = Some(by_formula(1.0));
     });
     assert_eq!((volume.severity, volume.key.as_str()), (Severity::Warning, "breach.method.volume"));
 }
